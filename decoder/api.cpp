@@ -1,0 +1,442 @@
+// The C interface: argument checks, exceptions stopped at the border, and the generic loops over the model
+// table.
+#include <algorithm>
+#include <cassert>
+#include <cstring>
+#include <new>
+#include <optional>
+#include <vector>
+
+#include "btfc/btfc.h"
+#include "decoder/convert.h"
+#include "decoder/model_table.h"
+#include "format/container.h"
+
+struct btfc_reader {
+  btfc_source source{};
+  btfc::ByteView memory;  // used by btfc_reader_open_memory only
+  btfc::ByteSource bytes;
+  btfc::OpenedFile file;
+};
+
+struct btfc_texture {
+  btfc::LoadedItem item;
+  const btfc::DecoderModel* model = nullptr;
+};
+
+// No model of this version keeps caches; the type exists so that callers are written for those that will.
+struct btfc_scratch {
+  const btfc_texture* texture = nullptr;
+};
+
+namespace {
+
+using namespace btfc;
+
+btfc_result result_of(Status status) {
+  switch (status) {
+    case Status::ok:
+      return BTFC_OK;
+    case Status::bad_argument:
+      return BTFC_BAD_ARGUMENT;
+    case Status::io:
+      return BTFC_IO;
+    case Status::invalid_file:
+      return BTFC_INVALID_FILE;
+    case Status::out_of_memory:
+      return BTFC_OUT_OF_MEMORY;
+    case Status::limit:
+      return BTFC_LIMIT;
+    case Status::unsupported:
+      return BTFC_UNSUPPORTED;
+  }
+  return BTFC_INVALID_FILE;
+}
+
+btfc_result report(const Error& from, btfc_error* to) {
+  const btfc_result result = result_of(from.status);
+  if (to != nullptr) {
+    *to = {};
+    to->result = result;
+    to->offset = from.offset;
+    std::strncpy(to->rule, from.rule, sizeof to->rule - 1);
+    std::strncpy(to->message, from.message.c_str(), sizeof to->message - 1);
+  }
+  return result;
+}
+
+// Runs body(), which may throw bad_alloc, and turns that into a result.
+template <class Body>
+btfc_result guarded(btfc_error* error, const Body& body) {
+  if (error != nullptr) *error = {};
+  try {
+    return body();
+  } catch (const std::bad_alloc&) {
+    if (error != nullptr) {
+      error->result = BTFC_OUT_OF_MEMORY;
+      std::strncpy(error->message, "not enough memory", sizeof error->message - 1);
+    }
+    return BTFC_OUT_OF_MEMORY;
+  }
+}
+
+btfc_result bad(btfc_error* error, const char* message) {
+  assert(!"btfc: bad argument");
+  if (error != nullptr) {
+    *error = {};
+    error->result = BTFC_BAD_ARGUMENT;
+    std::strncpy(error->message, message, sizeof error->message - 1);
+  }
+  return BTFC_BAD_ARGUMENT;
+}
+
+ReadLimits limits_of(const btfc_options* options) {
+  ReadLimits limits;
+  if (options == nullptr) return limits;
+  if (options->max_payload_bytes != 0) limits.max_payload_bytes = options->max_payload_bytes;
+  if (options->max_chunks != 0) limits.max_chunks = options->max_chunks;
+  return limits;
+}
+
+bool good(const btfc_options* options) {
+  return options == nullptr || options->struct_size >= sizeof(btfc_options);
+}
+
+ByteSource byte_source(const btfc_source* source) {
+  ByteSource bytes;
+  bytes.read = [](void* user, std::uint64_t offset, void* destination, std::size_t size) {
+    const auto* s = static_cast<const btfc_source*>(user);
+    return s->read(s->user, offset, destination, size) == 0;
+  };
+  bytes.user = const_cast<btfc_source*>(source);
+  bytes.size = source->size;
+  return bytes;
+}
+
+btfc_sample sample_of(const Map& map) { return static_cast<btfc_sample>(map.type); }
+
+bool good_sample(btfc_sample sample) { return sample >= BTFC_UNORM8 && sample <= BTFC_FLOAT32; }
+
+// One texel through the reference, in any sample type.
+void store_texel(const btfc_texture& texture, std::uint32_t map, std::int32_t x, std::int32_t y,
+                 btfc_sample sample, std::uint8_t* out) {
+  const Map& m = texture.item.head.maps[map];
+  BtfcQuery query{};
+  query.texel = ivec2(x, y);
+  const vec4 value = texture.model->eval(texture.item, map, query);
+  for (std::uint32_t c = 0; c < m.channels; ++c) {
+    const float v = value[static_cast<int>(c)];
+    store_code(sample_of(m), code_of(sample_of(m), v), sample, out + c * bytes_of(sample));
+  }
+}
+
+bool inside(const Head& head, std::int32_t x, std::int32_t y, std::uint32_t width, std::uint32_t height) {
+  return x >= 0 && y >= 0 && std::uint64_t(x) + width <= head.width &&
+         std::uint64_t(y) + height <= head.height;
+}
+
+// A rectangle inside the texture by the model's fast rows, converted row by row where another type is wanted.
+void decode_inside(const btfc_texture& texture, std::uint32_t map, std::uint32_t x, std::uint32_t y,
+                   std::uint32_t width, std::uint32_t height, btfc_sample sample, std::uint8_t* out,
+                   std::size_t row_stride) {
+  const Map& m = texture.item.head.maps[map];
+  const btfc_sample stored = sample_of(m);
+  if (sample == stored) {
+    texture.model->decode_rows(texture.item, map, x, y, width, height, out, row_stride);
+    return;
+  }
+  const std::size_t samples = std::size_t{width} * m.channels;
+  std::vector<std::uint8_t> row(samples * bytes_of(stored));
+  for (std::uint32_t r = 0; r < height; ++r) {
+    texture.model->decode_rows(texture.item, map, x, y + r, width, 1, row.data(), row.size());
+    for (std::size_t s = 0; s < samples; ++s) {
+      const std::uint32_t code = stored == BTFC_UNORM8 ? row[s] : load_u16(&row[2 * s]);
+      store_code(stored, code, sample, out + r * row_stride + s * bytes_of(sample));
+    }
+  }
+}
+
+}  // namespace
+
+const char* btfc_result_name(btfc_result result) {
+  switch (result) {
+    case BTFC_OK:
+      return "ok";
+    case BTFC_BAD_ARGUMENT:
+      return "bad argument";
+    case BTFC_IO:
+      return "input/output error";
+    case BTFC_INVALID_FILE:
+      return "invalid file";
+    case BTFC_OUT_OF_MEMORY:
+      return "out of memory";
+    case BTFC_LIMIT:
+      return "limit exceeded";
+    case BTFC_UNSUPPORTED:
+      return "not supported";
+  }
+  return "unknown result";
+}
+
+const char* btfc_version(void) { return "0.1.0"; }
+
+btfc_result btfc_reader_open(const btfc_source* source, const btfc_options* options, btfc_reader** reader_ret,
+                             btfc_error* error) {
+  if (reader_ret == nullptr) return bad(error, "reader_ret is NULL");
+  *reader_ret = nullptr;
+  if (source == nullptr || source->read == nullptr) return bad(error, "source or its read function is NULL");
+  if (!good(options)) return bad(error, "options->struct_size is smaller than btfc_options");
+  return guarded(error, [&] {
+    auto* reader = new btfc_reader;
+    reader->source = *source;
+    reader->bytes = byte_source(&reader->source);
+    Result<OpenedFile> file = open_file(reader->bytes, limits_of(options));
+    if (!file) {
+      delete reader;
+      return report(file.error(), error);
+    }
+    reader->file = *std::move(file);
+    *reader_ret = reader;
+    return BTFC_OK;
+  });
+}
+
+btfc_result btfc_reader_open_memory(const void* data, size_t data_size, const btfc_options* options,
+                                    btfc_reader** reader_ret, btfc_error* error) {
+  if (reader_ret == nullptr) return bad(error, "reader_ret is NULL");
+  *reader_ret = nullptr;
+  if (data == nullptr && data_size != 0) return bad(error, "data is NULL");
+  if (!good(options)) return bad(error, "options->struct_size is smaller than btfc_options");
+  return guarded(error, [&] {
+    auto* reader = new btfc_reader;
+    reader->memory = ByteView(static_cast<const std::uint8_t*>(data), data_size);
+    reader->bytes = memory_source(&reader->memory);
+    Result<OpenedFile> file = open_file(reader->bytes, limits_of(options));
+    if (!file) {
+      delete reader;
+      return report(file.error(), error);
+    }
+    reader->file = *std::move(file);
+    *reader_ret = reader;
+    return BTFC_OK;
+  });
+}
+
+void btfc_reader_free(btfc_reader* reader) { delete reader; }
+
+btfc_result btfc_reader_info(const btfc_reader* reader, btfc_file_info* info_ret) {
+  if (reader == nullptr || info_ret == nullptr) return bad(nullptr, "");
+  const Head& head = reader->file.head;
+  const Header& header = reader->file.directory.header;
+  *info_ret = {};
+  info_ret->model = find_model(head.model)->name;
+  info_ret->version_major = kVersionMajor;
+  info_ret->version_minor = kVersionMinor;
+  info_ret->width = head.width;
+  info_ret->height = head.height;
+  info_ret->channels = head.channels();
+  info_ret->maps = static_cast<std::uint32_t>(head.maps.size());
+  info_ret->views = head.views;
+  info_ret->lights = head.lights;
+  info_ret->pairs = head.pairs;
+  info_ret->unbounded = head.unbounded ? 1 : 0;
+  info_ret->chunks = header.chunk_count;
+  info_ret->file_bytes = header.file_bytes;
+  info_ret->payload_bits = 8 * header.payload_bytes;
+  info_ret->memory_bits = reader->file.layout.memory_bits;
+  return BTFC_OK;
+}
+
+btfc_result btfc_reader_chunk_info(const btfc_reader* reader, uint32_t index, btfc_chunk_info* info_ret) {
+  if (reader == nullptr || info_ret == nullptr || index >= reader->file.directory.entries.size())
+    return bad(nullptr, "");
+  const IndexEntry& entry = reader->file.directory.entries[index];
+  *info_ret = {};
+  const std::string type = type_name(entry.key.type);
+  std::copy(type.begin(), type.end(), info_ret->type);
+  info_ret->flags = entry.key.flags;
+  info_ret->codec = static_cast<std::uint16_t>(entry.codec);
+  info_ret->level = entry.key.level;
+  info_ret->part = entry.key.part;
+  info_ret->tile = entry.key.tile;
+  info_ret->offset = entry.offset;
+  info_ret->stored_bytes = entry.stored_bytes;
+  info_ret->raw_bytes = entry.raw_bytes;
+  info_ret->raw_hash = entry.raw_hash;
+  return BTFC_OK;
+}
+
+btfc_result btfc_reader_read_chunk(btfc_reader* reader, uint32_t index, void* raw, size_t raw_size,
+                                   btfc_error* error) {
+  if (reader == nullptr || raw == nullptr) return bad(error, "reader or raw is NULL");
+  const auto& entries = reader->file.directory.entries;
+  if (index >= entries.size()) return bad(error, "chunk index out of range");
+  if (raw_size != entries[index].raw_bytes) return bad(error, "raw_size is not the chunk's raw_bytes");
+  return guarded(error, [&] {
+    const Result<Bytes> bytes = btfc::read_chunk(reader->bytes, entries[index]);
+    if (!bytes) return report(bytes.error(), error);
+    std::memcpy(raw, bytes->data(), raw_size);
+    return BTFC_OK;
+  });
+}
+
+btfc_result btfc_verify(const btfc_source* source, const btfc_options* options, btfc_error* error) {
+  if (source == nullptr || source->read == nullptr) return bad(error, "source or its read function is NULL");
+  if (!good(options)) return bad(error, "options->struct_size is smaller than btfc_options");
+  return guarded(error, [&] {
+    const Result<Done> verified = verify_file(byte_source(source), limits_of(options));
+    return verified ? BTFC_OK : report(verified.error(), error);
+  });
+}
+
+btfc_result btfc_texture_load(btfc_reader* reader, btfc_texture** texture_ret, btfc_error* error) {
+  if (texture_ret == nullptr) return bad(error, "texture_ret is NULL");
+  *texture_ret = nullptr;
+  if (reader == nullptr) return bad(error, "reader is NULL");
+  return guarded(error, [&] {
+    Result<LoadedItem> item = load_item(reader->bytes, reader->file);
+    if (!item) return report(item.error(), error);
+    auto* texture = new btfc_texture;
+    texture->item = *std::move(item);
+    texture->model = &decoder_model(texture->item.head.model);
+    *texture_ret = texture;
+    return BTFC_OK;
+  });
+}
+
+void btfc_texture_free(btfc_texture* texture) { delete texture; }
+
+uint32_t btfc_texture_width(const btfc_texture* texture) { return texture->item.head.width; }
+uint32_t btfc_texture_height(const btfc_texture* texture) { return texture->item.head.height; }
+uint32_t btfc_texture_maps(const btfc_texture* texture) {
+  return static_cast<uint32_t>(texture->item.head.maps.size());
+}
+
+btfc_result btfc_texture_map_info(const btfc_texture* texture, uint32_t map, btfc_map_info* info_ret) {
+  if (texture == nullptr || info_ret == nullptr || map >= btfc_texture_maps(texture)) return bad(nullptr, "");
+  const Map& m = texture->item.head.maps[map];
+  *info_ret = {m.name.c_str(), m.channels, sample_of(m), name_of(m.colour_space), static_cast<int>(m.alpha)};
+  return BTFC_OK;
+}
+
+btfc_scratch* btfc_scratch_new(const btfc_texture* texture) {
+  return new (std::nothrow) btfc_scratch{texture};
+}
+void btfc_scratch_free(btfc_scratch* scratch) { delete scratch; }
+
+btfc_result btfc_eval(const btfc_texture* texture, btfc_scratch*, const btfc_query* queries,
+                      size_t query_stride, size_t query_count, float* values, size_t value_stride) {
+  if (query_count == 0) return BTFC_OK;
+  if (texture == nullptr || queries == nullptr || values == nullptr || query_stride < sizeof(btfc_query))
+    return bad(nullptr, "");
+  const auto query_at = [&](size_t q) {
+    return reinterpret_cast<const btfc_query*>(reinterpret_cast<const char*>(queries) + q * query_stride);
+  };
+  const Head& head = texture->item.head;
+  for (size_t q = 0; q < query_count; ++q) {
+    const std::uint32_t map = query_at(q)->map;
+    if (map >= head.maps.size() || value_stride < head.maps[map].channels) return bad(nullptr, "");
+  }
+  for (size_t q = 0; q < query_count; ++q) {
+    const btfc_query& from = *query_at(q);
+    BtfcQuery query;
+    query.texel = ivec2(from.x, from.y);
+    query.level = from.level;
+    query.view = vec3(from.view[0], from.view[1], from.view[2]);
+    query.light = vec3(from.light[0], from.light[1], from.light[2]);
+    query.footprint = from.footprint;
+    const vec4 value = texture->model->eval(texture->item, from.map, query);
+    std::memcpy(values + q * value_stride, &value, head.maps[from.map].channels * sizeof(float));
+  }
+  return BTFC_OK;
+}
+
+btfc_result btfc_decode_texels(const btfc_texture* texture, btfc_scratch*, uint32_t map,
+                               const int32_t* texels, size_t count, btfc_sample sample, void* out,
+                               size_t out_size) {
+  if (count == 0) return BTFC_OK;
+  if (texture == nullptr || texels == nullptr || out == nullptr || map >= btfc_texture_maps(texture) ||
+      !good_sample(sample)) {
+    return bad(nullptr, "");
+  }
+  const std::size_t texel_bytes = texture->item.head.maps[map].channels * bytes_of(sample);
+  if (out_size / texel_bytes < count) return bad(nullptr, "");
+  for (size_t q = 0; q < count; ++q) {
+    store_texel(*texture, map, texels[2 * q], texels[2 * q + 1], sample,
+                static_cast<std::uint8_t*>(out) + q * texel_bytes);
+  }
+  return BTFC_OK;
+}
+
+btfc_result btfc_decode_rect(const btfc_texture* texture, btfc_scratch*, uint32_t map, int32_t x, int32_t y,
+                             uint32_t width, uint32_t height, btfc_sample sample, void* out,
+                             size_t row_stride, size_t out_size) {
+  if (width == 0 || height == 0) return BTFC_OK;
+  if (texture == nullptr || out == nullptr || map >= btfc_texture_maps(texture) || !good_sample(sample)) {
+    return bad(nullptr, "");
+  }
+  const std::size_t texel_bytes = texture->item.head.maps[map].channels * bytes_of(sample);
+  const std::size_t row_bytes = std::size_t{width} * texel_bytes;
+  if (row_stride < row_bytes || out_size < row_bytes || (out_size - row_bytes) / row_stride < height - 1) {
+    return bad(nullptr, "");
+  }
+  // Coordinates are 32-bit: the rectangle must not run past their end.
+  if (std::int64_t{x} + width - 1 > INT32_MAX || std::int64_t{y} + height - 1 > INT32_MAX)
+    return bad(nullptr, "");
+
+  auto* bytes = static_cast<std::uint8_t*>(out);
+  return guarded(nullptr, [&] {
+    if (texture->model->decode_rows != nullptr && inside(texture->item.head, x, y, width, height)) {
+      decode_inside(*texture, map, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), width,
+                    height, sample, bytes, row_stride);
+      return BTFC_OK;
+    }
+    for (std::uint32_t r = 0; r < height; ++r) {
+      for (std::uint32_t c = 0; c < width; ++c) {
+        store_texel(*texture, map, static_cast<std::int32_t>(x + std::int64_t{c}),
+                    static_cast<std::int32_t>(y + std::int64_t{r}), sample,
+                    bytes + r * row_stride + c * texel_bytes);
+      }
+    }
+    return BTFC_OK;
+  });
+}
+
+size_t btfc_gpu_params_size(const btfc_texture* texture, uint32_t map) {
+  return map < btfc_texture_maps(texture) ? 4 * texture->item.map_params[map].size() : 0;
+}
+
+btfc_result btfc_gpu_write_params(const btfc_texture* texture, uint32_t map, void* params,
+                                  size_t params_size) {
+  if (texture == nullptr || params == nullptr || map >= btfc_texture_maps(texture) ||
+      params_size < btfc_gpu_params_size(texture, map)) {
+    return bad(nullptr, "");
+  }
+  std::memcpy(params, texture->item.map_params[map].data(), btfc_gpu_params_size(texture, map));
+  return BTFC_OK;
+}
+
+size_t btfc_gpu_words_size(const btfc_texture* texture, uint32_t slot) {
+  return slot < BTFC_WORD_SLOTS ? 4 * texture->item.words[slot].size() : 0;
+}
+
+btfc_result btfc_gpu_write_words(const btfc_texture* texture, uint32_t slot, void* words, size_t words_size) {
+  if (texture == nullptr || slot >= BTFC_WORD_SLOTS || words_size < btfc_gpu_words_size(texture, slot))
+    return bad(nullptr, "");
+  if (btfc_gpu_words_size(texture, slot) == 0) return BTFC_OK;
+  if (words == nullptr) return bad(nullptr, "");
+  std::memcpy(words, texture->item.words[slot].data(), btfc_gpu_words_size(texture, slot));
+  return BTFC_OK;
+}
+
+uint32_t btfc_gpu_planes(const btfc_texture* texture) {
+  return static_cast<uint32_t>(texture->item.planes.size());
+}
+
+btfc_result btfc_gpu_plane_info(const btfc_texture* texture, uint32_t plane, btfc_plane_info* info_ret) {
+  if (texture == nullptr || info_ret == nullptr || plane >= btfc_gpu_planes(texture)) return bad(nullptr, "");
+  const Plane& p = texture->item.planes[plane];
+  *info_ret = {p.width, p.height,    p.channels, p.texel_bits, static_cast<btfc_sample>(p.type),
+               p.slot,  p.first_word};
+  return BTFC_OK;
+}

@@ -1,0 +1,223 @@
+/* btfc.h - the decoder's C interface. This header is its manual.
+ *
+ * Objects
+ *   reader   the header and index of a file, over memory or a positioned-read callback; chunks are read on
+ * demand. Use one from one thread at a time. Opening costs two reads. texture  an immutable decoded item. Any
+ * number of threads may evaluate it at once. It does not need its reader. scratch  a thread's caches, for
+ * models that have some; NULL is always allowed and never changes a result.
+ *
+ * Coordinates
+ *   Texel (0, 0) is the top left one; x goes right, y down; the centre of a texel lies at +0.5. Directions
+ * point away from the surface in a right-handed frame: x to image right, y to image top, z along the normal.
+ *
+ * Errors
+ *   Data errors (a damaged file, a limit, memory) are results, and the functions that meet files fill a
+ * btfc_error. Caller errors (a NULL that is not allowed, a map number out of range, a buffer too small)
+ * return BTFC_BAD_ARGUMENT, change nothing, and stop the program in debug builds (assert). That is the whole
+ * border. Nothing here throws, logs, allocates globally or keeps global state. The library never reads the
+ * environment.
+ *
+ * Lifetimes
+ *   Pointers returned inside structs live as long as the object they came from. Every *_free accepts NULL.
+ *
+ * The format is described in spec/; rule numbers in messages ("D8") refer to it. */
+#ifndef BTFC_BTFC_H
+#define BTFC_BTFC_H
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __GNUC__
+#define BTFC_API __attribute__((visibility("default")))
+#else
+#define BTFC_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define BTFC_VERSION_MAJOR 0
+#define BTFC_VERSION_MINOR 1
+#define BTFC_VERSION_PATCH 0
+
+typedef enum btfc_result {
+  BTFC_OK = 0,
+  BTFC_BAD_ARGUMENT = 1,
+  BTFC_IO = 2,           /* the source's read failed */
+  BTFC_INVALID_FILE = 3, /* a rule of the spec is broken */
+  BTFC_OUT_OF_MEMORY = 4,
+  BTFC_LIMIT = 5,      /* above a limit of btfc_options */
+  BTFC_UNSUPPORTED = 6 /* needs a newer or fuller reader: version, feature, model or critical chunk */
+} btfc_result;
+
+/* Where bytes come from. read fills destination with size bytes from offset and returns 0, or another value
+ * where it cannot. It may be called from the thread that calls the reader, only. user is passed through. */
+typedef struct btfc_source {
+  int (*read)(void* user, uint64_t offset, void* destination, size_t size);
+  void* user;
+  uint64_t size; /* of the whole file, bytes */
+} btfc_source;
+
+/* Zero means default. Set struct_size to sizeof(btfc_options): later versions append fields. */
+typedef struct btfc_options {
+  size_t struct_size;
+  uint64_t max_payload_bytes; /* refuse files with more payload; default 4 GiB */
+  uint32_t max_chunks;        /* default 2^20, the format's cap */
+} btfc_options;
+
+/* What went wrong: one sentence (what, where, what was expected), the rule, and a byte offset in the file. */
+typedef struct btfc_error {
+  btfc_result result;
+  char rule[8]; /* "D8", or empty */
+  uint64_t offset;
+  char message[256];
+} btfc_error;
+
+typedef struct btfc_reader btfc_reader;
+typedef struct btfc_texture btfc_texture;
+typedef struct btfc_scratch btfc_scratch;
+
+/* A short name of a result, never NULL. */
+BTFC_API const char* btfc_result_name(btfc_result result);
+
+/* "0.1.0" */
+BTFC_API const char* btfc_version(void);
+
+/* ---- reader
+ * ---------------------------------------------------------------------------------------------------- */
+
+/* Reads the directory, HEAD and PARM, and checks every rule up to D12: two reads of the directory, two small
+ * ones. options and error may be NULL. The source is copied; what user points to must outlive the reader. */
+BTFC_API btfc_result btfc_reader_open(const btfc_source* source, const btfc_options* options,
+                                      btfc_reader** reader_ret, btfc_error* error);
+
+/* The same over memory, which must outlive the reader. */
+BTFC_API btfc_result btfc_reader_open_memory(const void* data, size_t data_size, const btfc_options* options,
+                                             btfc_reader** reader_ret, btfc_error* error);
+
+BTFC_API void btfc_reader_free(btfc_reader* reader);
+
+typedef struct btfc_file_info {
+  const char* model; /* "patch" */
+  uint32_t version_major, version_minor;
+  uint32_t width, height; /* texels */
+  uint32_t channels, maps;
+  uint32_t views, lights, pairs;
+  int unbounded;
+  uint32_t chunks;
+  uint64_t file_bytes;
+  uint64_t payload_bits; /* = the model's formula */
+  uint64_t memory_bits;  /* what a loaded texture holds */
+} btfc_file_info;
+
+BTFC_API btfc_result btfc_reader_info(const btfc_reader* reader, btfc_file_info* info_ret);
+
+typedef struct btfc_chunk_info {
+  char type[5];
+  uint16_t flags; /* bit 0 critical, 1 payload, 2 safe-to-copy */
+  uint16_t codec; /* 0 raw, 1 zstd */
+  uint8_t level, part;
+  uint32_t tile;
+  uint64_t offset, stored_bytes, raw_bytes, raw_hash;
+} btfc_chunk_info;
+
+/* index: 0 … chunks-1, in file order. */
+BTFC_API btfc_result btfc_reader_chunk_info(const btfc_reader* reader, uint32_t index,
+                                            btfc_chunk_info* info_ret);
+
+/* Reads, undoes and checks one chunk: one read of the source. raw_size must be its raw_bytes. */
+BTFC_API btfc_result btfc_reader_read_chunk(btfc_reader* reader, uint32_t index, void* raw, size_t raw_size,
+                                            btfc_error* error);
+
+/* Every numbered rule of the spec over the whole file, and formula == payload. */
+BTFC_API btfc_result btfc_verify(const btfc_source* source, const btfc_options* options, btfc_error* error);
+
+/* ---- texture
+ * --------------------------------------------------------------------------------------------------- */
+
+/* Loads item 0, all levels and tiles. On success *texture_ret is to be freed with btfc_texture_free. */
+BTFC_API btfc_result btfc_texture_load(btfc_reader* reader, btfc_texture** texture_ret, btfc_error* error);
+
+BTFC_API void btfc_texture_free(btfc_texture* texture);
+
+typedef enum btfc_sample {
+  BTFC_UNORM8 = 0,
+  BTFC_UNORM16 = 1,
+  BTFC_FLOAT16 = 2,
+  BTFC_FLOAT32 = 3
+} btfc_sample;
+
+typedef struct btfc_map_info {
+  const char* name;
+  uint32_t channels;        /* 1 to 4 */
+  btfc_sample sample;       /* as stored: asking for the same type gives the codes unchanged */
+  const char* colour_space; /* spec/registry.md */
+  int alpha;                /* 0 none, 1 straight, 2 premultiplied; the last channel */
+} btfc_map_info;
+
+BTFC_API uint32_t btfc_texture_width(const btfc_texture* texture);
+BTFC_API uint32_t btfc_texture_height(const btfc_texture* texture);
+BTFC_API uint32_t btfc_texture_maps(const btfc_texture* texture);
+BTFC_API btfc_result btfc_texture_map_info(const btfc_texture* texture, uint32_t map,
+                                           btfc_map_info* info_ret);
+
+/* NULL where there is not enough memory. One scratch serves one thread and one texture. */
+BTFC_API btfc_scratch* btfc_scratch_new(const btfc_texture* texture);
+BTFC_API void btfc_scratch_free(btfc_scratch* scratch);
+
+typedef struct btfc_query {
+  int32_t x, y; /* texel; outside the texture the file's wrap rule applies */
+  uint32_t map;
+  uint32_t level;          /* 0: full resolution; models without levels ignore it */
+  float view[3], light[3]; /* unit vectors; models without directions ignore them */
+  float footprint;         /* texels */
+} btfc_query;
+
+/* Point samples as float32: channels(map) values a query at values + q * value_stride (in floats, >=
+ * channels). query_stride is in bytes. Deterministic, and equal to the same texel of btfc_decode_rect. */
+BTFC_API btfc_result btfc_eval(const btfc_texture* texture, btfc_scratch* scratch, const btfc_query* queries,
+                               size_t query_stride, size_t query_count, float* values, size_t value_stride);
+
+/* A batch of texels of one map in any sample type. texels holds count pairs (x, y); output element q begins
+ * at out + q * channels samples. out_size: bytes of out, at least count * channels * size of a sample. */
+BTFC_API btfc_result btfc_decode_texels(const btfc_texture* texture, btfc_scratch* scratch, uint32_t map,
+                                        const int32_t* texels, size_t count, btfc_sample sample, void* out,
+                                        size_t out_size);
+
+/* A rectangle of one map in any sample type, rows from the top, channels interleaved. It may reach outside
+ * the texture. row_stride is in bytes, at least width * channels * size of a sample; out_size covers height
+ * rows. */
+BTFC_API btfc_result btfc_decode_rect(const btfc_texture* texture, btfc_scratch* scratch, uint32_t map,
+                                      int32_t x, int32_t y, uint32_t width, uint32_t height,
+                                      btfc_sample sample, void* out, size_t row_stride, size_t out_size);
+
+/* ---- for a GPU: what the shaders of shaders/ read
+ * --------------------------------------------------------------- */
+
+/* Parameters of a map: 4-byte scalars, laid out as <Model>Params of shaders/models/<model>.h. */
+BTFC_API size_t btfc_gpu_params_size(const btfc_texture* texture, uint32_t map);
+BTFC_API btfc_result btfc_gpu_write_params(const btfc_texture* texture, uint32_t map, void* params,
+                                           size_t params_size);
+
+/* Word arrays 0 … 3, each at most 2^27 bytes; 0 bytes where the model leaves a slot empty. */
+#define BTFC_WORD_SLOTS 4
+BTFC_API size_t btfc_gpu_words_size(const btfc_texture* texture, uint32_t slot);
+BTFC_API btfc_result btfc_gpu_write_words(const btfc_texture* texture, uint32_t slot, void* words,
+                                          size_t words_size);
+
+/* Planes inside the word arrays, for engines that bind images instead. */
+typedef struct btfc_plane_info {
+  uint32_t width, height, channels; /* texels */
+  uint32_t texel_bits;              /* 8, 16, 32 or 64: channels padded to 1, 2 or 4 */
+  btfc_sample sample;
+  uint32_t slot, first_word; /* where it lies; texels in rows, the first in the lowest bits */
+} btfc_plane_info;
+
+BTFC_API uint32_t btfc_gpu_planes(const btfc_texture* texture);
+BTFC_API btfc_result btfc_gpu_plane_info(const btfc_texture* texture, uint32_t plane,
+                                         btfc_plane_info* info_ret);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,42 @@
+// The rows of the decoder's table: eval functions over the shared headers.
+#include "decoder/model_table.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "decoder/patch_rows.h"
+#include "format/model_table.h"
+#include "shaders/models/patch.h"
+
+namespace btfc {
+namespace {
+
+// <Model>Params of one map, as the format layer laid it out.
+template <class Params>
+Params params_of(const LoadedItem& item, std::uint32_t map) {
+  Params params;
+  std::memcpy(&params, item.map_params[map].data(), sizeof params);
+  return params;
+}
+
+vec4 patch_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  return patch_eval(words_of(item), params_of<PatchParams>(item, map), query);
+}
+
+const DecoderModel kDecoders[] = {
+    {ModelId::patch, patch_eval_cpu, patch_decode_rows},
+};
+static_assert(std::size(kDecoders) == kModelCount);
+
+}  // namespace
+
+const DecoderModel& decoder_model(ModelId id) {
+  return *std::find_if(std::begin(kDecoders), std::end(kDecoders),
+                       [&](const DecoderModel& m) { return m.id == id; });
+}
+
+BtfcWords words_of(const LoadedItem& item) {
+  return {{item.words[0].data(), item.words[1].data(), item.words[2].data(), item.words[3].data()}};
+}
+
+}  // namespace btfc

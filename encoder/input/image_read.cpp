@@ -1,0 +1,130 @@
+// Reading images.
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "encoder/image_file.h"
+#include "format/limits.h"
+#include "shaders/btfc_half.h"
+
+namespace btfc {
+namespace {
+
+// ACES AP0, ACES AP1, Rec. 709: red, green, blue, white, as EXR's chromaticities attribute lists them.
+struct Primaries {
+  ColourSpace space;
+  float xy[8];
+};
+constexpr Primaries kPrimaries[] = {
+    {ColourSpace::lin_ap0_scene, {0.7347f, 0.2653f, 0.0f, 1.0f, 0.0001f, -0.077f, 0.32168f, 0.33767f}},
+    {ColourSpace::lin_ap1_scene, {0.713f, 0.293f, 0.165f, 0.83f, 0.128f, 0.044f, 0.32168f, 0.33767f}},
+    {ColourSpace::lin_rec709_scene, {0.64f, 0.33f, 0.3f, 0.6f, 0.15f, 0.06f, 0.3127f, 0.329f}},
+};
+
+// What the file itself states; nothing is guessed from a missing attribute.
+ColourSpace colour_space_of_file(const OIIO::ImageSpec& spec, SampleType type) {
+  if (type != SampleType::float16) {
+    const std::string stated = spec.get_string_attribute("oiio:ColorSpace");
+    return stated == "sRGB" && spec.nchannels >= 3 ? ColourSpace::srgb_rec709_scene : ColourSpace::unknown;
+  }
+  const OIIO::ParamValue* found =
+      spec.find_attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8));
+  if (found == nullptr) return ColourSpace::unknown;
+  const auto* xy = static_cast<const float*>(found->data());
+  for (const Primaries& known : kPrimaries) {
+    bool same = true;
+    for (int i = 0; i < 8; ++i) same = same && std::fabs(xy[i] - known.xy[i]) < 0.001f;
+    if (same) return known.space;
+  }
+  return ColourSpace::unknown;
+}
+
+// Float samples -> binary16 codes; the first value that has none is named.
+Result<Done> to_half_codes(const std::string& path, const std::vector<float>& values, Image& image) {
+  std::size_t bad = 0, first = 0;
+  image.codes.resize(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::uint32_t code = std::isnan(values[i]) ? 0x7e00u : btfc_float_to_half(values[i]);
+    if ((code & 0x7c00u) == 0x7c00u && bad++ == 0) first = i;
+    image.codes[i] = static_cast<std::uint16_t>(code);
+  }
+  if (bad == 0) return Done{};
+  const std::size_t texel = first / image.channels;
+  return Error{
+      Status::invalid_file,
+      fmt::format("'{}' has {} samples that are not finite or beyond 65504, the first is {} at ({}, {}) "
+                  "channel {}; expected finite half floats",
+                  path, bad, values[first], texel % image.width, texel / image.width, first % image.channels),
+      "", 0};
+}
+
+}  // namespace
+
+Result<Image> read_image(const std::string& path) {
+  OIIO::ImageSpec config;
+  config["oiio:UnassociatedAlpha"] = 1;  // codes as stored: PNG's alpha is not multiplied in
+  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path, &config);
+  if (!input) return io_error(fmt::format("could not read the image '{}': {}", path, OIIO::geterror()));
+  const OIIO::ImageSpec& spec = input->spec();
+  if (spec.nchannels < 1 || spec.nchannels > 4 || spec.depth > 1) {
+    return Error{Status::unsupported,
+                 fmt::format("'{}' has {} channels and depth {}, expected 1 to 4 channels of a flat image",
+                             path, spec.nchannels, spec.depth),
+                 "", 0};
+  }
+  if (spec.width < 1 || spec.height < 1 || spec.width > static_cast<int>(kMaxSide) ||
+      spec.height > static_cast<int>(kMaxSide)) {
+    return Error{Status::unsupported,
+                 fmt::format("'{}' is {}x{}, expected at most 65536 a side", path, spec.width, spec.height),
+                 "", 0};
+  }
+  Image image;
+  image.width = static_cast<std::uint32_t>(spec.width);
+  image.height = static_cast<std::uint32_t>(spec.height);
+  image.channels = static_cast<std::uint32_t>(spec.nchannels);
+  const std::size_t samples = std::size_t{image.width} * image.height * image.channels;
+  if (spec.alpha_channel >= 0 && spec.alpha_channel == spec.nchannels - 1 && spec.nchannels > 1) {
+    const bool straight = spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
+    image.alpha = straight ? Alpha::straight : Alpha::premultiplied;
+  }
+
+  const auto read_as = [&](OIIO::TypeDesc type, void* data) {
+    return input->read_image(0, 0, 0, spec.nchannels, type, data);
+  };
+  bool read = false;
+  std::vector<float> values;
+  switch (spec.format.basetype) {
+    case OIIO::TypeDesc::UINT8: {
+      std::vector<std::uint8_t> bytes(samples);
+      read = read_as(OIIO::TypeDesc::UINT8, bytes.data());
+      image.codes.assign(bytes.begin(), bytes.end());
+      break;
+    }
+    case OIIO::TypeDesc::UINT16:
+      image.type = SampleType::unorm16;
+      image.codes.resize(samples);
+      read = read_as(OIIO::TypeDesc::UINT16, image.codes.data());
+      break;
+    case OIIO::TypeDesc::HALF:
+    case OIIO::TypeDesc::FLOAT:
+      image.type = SampleType::float16;
+      values.resize(samples);
+      read = read_as(OIIO::TypeDesc::FLOAT, values.data());
+      break;
+    default:
+      return Error{Status::unsupported,
+                   fmt::format("'{}' has samples of type {}, expected 8 or 16 bit integers, half or float",
+                               path, spec.format.c_str()),
+                   "", 0};
+  }
+  if (!read) return io_error(fmt::format("could not read the image '{}': {}", path, input->geterror()));
+  if (image.type == SampleType::float16) {
+    if (const auto converted = to_half_codes(path, values, image); !converted) return converted.error();
+  }
+  image.colour_space = colour_space_of_file(spec, image.type);
+  return image;
+}
+
+}  // namespace btfc

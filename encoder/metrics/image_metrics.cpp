@@ -1,0 +1,119 @@
+// PSNR, RMSE, peak and SSIM, pooled over all texels and channels in doubles.
+#include "encoder/metrics/image_metrics.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace btfc {
+namespace {
+
+std::vector<float> display_table(const Image& image) {
+  const bool linear = image.type == SampleType::float16 && image.colour_space != ColourSpace::data &&
+                      image.colour_space != ColourSpace::srgb_rec709_scene;
+  std::vector<float> table(image.type == SampleType::unorm8 ? 256 : 65536);
+  for (std::size_t code = 0; code < table.size(); ++code) {
+    double v = code_value(image.type, static_cast<std::uint16_t>(code));
+    v = std::isnan(v) ? 0 : std::fmin(std::fmax(v, 0), 1);
+    if (linear) v = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+    table[code] = static_cast<float>(v);
+  }
+  return table;
+}
+
+// Rec. 601 luma for three channels and more, the first channel otherwise.
+std::vector<double> luma(const Image& image, const std::vector<float>& display) {
+  std::vector<double> out(std::size_t{image.width} * image.height);
+  for (std::size_t q = 0; q < out.size(); ++q) {
+    const std::uint16_t* c = &image.codes[q * image.channels];
+    out[q] = image.channels >= 3 ? 0.299 * display[c[0]] + 0.587 * display[c[1]] + 0.114 * display[c[2]]
+                                 : static_cast<double>(display[c[0]]);
+  }
+  return out;
+}
+
+constexpr int kWindow = 11;
+
+std::array<double, kWindow> gaussian() {  // sigma 1.5, sum 1
+  std::array<double, kWindow> g{};
+  double sum = 0;
+  for (int i = 0; i < kWindow; ++i)
+    sum += g[static_cast<std::size_t>(i)] = std::exp(-(i - 5) * (i - 5) / (2 * 1.5 * 1.5));
+  for (double& v : g) v /= sum;
+  return g;
+}
+
+// Separable 11x11 filter over the valid region.
+std::vector<double> filtered(const std::vector<double>& in, std::size_t width, std::size_t height) {
+  const auto g = gaussian();
+  const std::size_t w = width - kWindow + 1, h = height - kWindow + 1;
+  std::vector<double> rows(w * height), out(w * h);
+  for (std::size_t y = 0; y < height; ++y) {
+    for (std::size_t x = 0; x < w; ++x) {
+      double sum = 0;
+      for (std::size_t t = 0; t < kWindow; ++t) sum += g[t] * in[y * width + x + t];
+      rows[y * w + x] = sum;
+    }
+  }
+  for (std::size_t y = 0; y < h; ++y) {
+    for (std::size_t x = 0; x < w; ++x) {
+      double sum = 0;
+      for (std::size_t t = 0; t < kWindow; ++t) sum += g[t] * rows[(y + t) * w + x];
+      out[y * w + x] = sum;
+    }
+  }
+  return out;
+}
+
+std::vector<double> product(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> out(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) out[i] = a[i] * b[i];
+  return out;
+}
+
+// Wang, Bovik, Sheikh, Simoncelli 2004: K1 = 0.01, K2 = 0.03, L = 1.
+double ssim(const std::vector<double>& a, const std::vector<double>& b, std::size_t width,
+            std::size_t height) {
+  if (width < kWindow || height < kWindow) return std::numeric_limits<double>::quiet_NaN();
+  const auto ma = filtered(a, width, height), mb = filtered(b, width, height);
+  const auto aa = filtered(product(a, a), width, height), bb = filtered(product(b, b), width, height);
+  const auto ab = filtered(product(a, b), width, height);
+  constexpr double c1 = 0.01 * 0.01, c2 = 0.03 * 0.03;
+  double sum = 0;
+  for (std::size_t i = 0; i < ma.size(); ++i) {
+    const double va = aa[i] - ma[i] * ma[i], vb = bb[i] - mb[i] * mb[i], cov = ab[i] - ma[i] * mb[i];
+    sum +=
+        (2 * ma[i] * mb[i] + c1) * (2 * cov + c2) / ((ma[i] * ma[i] + mb[i] * mb[i] + c1) * (va + vb + c2));
+  }
+  return sum / static_cast<double>(ma.size());
+}
+
+}  // namespace
+
+Result<ImageMetrics> compare_images(const Image& a, const Image& b) {
+  if (a.width != b.width || a.height != b.height || a.channels != b.channels) {
+    return bad_argument(fmt::format("the images differ in form: {}x{} with {} channels and {}x{} with {}",
+                                    a.width, a.height, a.channels, b.width, b.height, b.channels));
+  }
+  const auto da = display_table(a), db = display_table(b);
+  ImageMetrics m;
+  m.samples = a.codes.size();
+  double sum = 0, peak = 0;
+  for (std::size_t i = 0; i < a.codes.size(); ++i) {
+    const double d = static_cast<double>(da[a.codes[i]]) - static_cast<double>(db[b.codes[i]]);
+    sum += d * d;
+    peak = std::fmax(peak, std::fabs(d));
+    if (a.type != b.type || a.codes[i] != b.codes[i]) ++m.differing_samples;
+  }
+  const double mse = sum / static_cast<double>(m.samples);
+  m.psnr_db = mse == 0 ? std::numeric_limits<double>::infinity() : -10 * std::log10(mse);
+  m.rmse_8bit = 255 * std::sqrt(mse);
+  m.peak_8bit = 255 * peak;
+  m.ssim = ssim(luma(a, da), luma(b, db), a.width, a.height);
+  return m;
+}
+
+}  // namespace btfc

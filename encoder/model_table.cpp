@@ -1,0 +1,22 @@
+// The rows of the encoder's table.
+#include "encoder/model_table.h"
+
+#include <algorithm>
+
+#include "encoder/models/patch_fit.h"
+
+namespace btfc {
+namespace {
+
+const Fitter kFitters[] = {
+    {ModelId::patch, kPatchFitOptions, patch_fit},
+};
+static_assert(std::size(kFitters) == kModelCount);
+
+}  // namespace
+
+const Fitter& fitter(ModelId id) {
+  return *std::find_if(std::begin(kFitters), std::end(kFitters), [&](const Fitter& f) { return f.id == id; });
+}
+
+}  // namespace btfc

@@ -1,0 +1,56 @@
+// What the encoder knows of each model: how to fit it to an input.
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "encoder/image.h"
+#include "format/chunk.h"
+#include "format/meta.h"
+#include "format/model_table.h"
+#include "format/options.h"
+#include "format/result.h"
+
+namespace btfc {
+
+struct NamedImage {
+  std::string name;  // map name, spec/btfc.md section 5.1
+  Image image;
+};
+
+struct FitInput {
+  std::vector<NamedImage> maps;  // at least one, all of one size
+};
+
+struct FitSettings {
+  OptionValues options;  // the model's own
+  std::uint64_t seed = 1;
+  unsigned threads = 0;  // 0: as many as the machine has
+  // Called now and then from one thread: done of total units of work.
+  std::function<void(std::size_t done, std::size_t total)> progress;
+};
+
+// An image that the user asked for beside the file.
+struct SideImage {
+  std::string path;
+  Image image;
+};
+
+struct FitResult {
+  std::vector<RawChunk> chunks;  // HEAD and the payload
+  Meta meta;                     // how it was made
+  std::vector<SideImage> side_images;
+};
+
+struct Fitter {
+  ModelId id;
+  std::span<const OptionSpec> options;
+  // Deterministic: the same input, options and seed give the same chunks on any number of threads.
+  Result<FitResult> (*fit)(const FitInput&, const FitSettings&);
+};
+
+const Fitter& fitter(ModelId id);
+
+}  // namespace btfc

@@ -1,0 +1,121 @@
+// Options -> sample and shape -> synthesis -> chunks.
+#include "encoder/models/patch_fit.h"
+
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+
+#include "encoder/models/patch_synthesis.h"
+#include "format/limits.h"
+
+namespace btfc {
+namespace {
+
+const OptionSpec kOptions[] = {
+    {"sample", "X,Y,W,H", "the part of the input that becomes the sample (default: all of it)"},
+    {"size", "WxH", "texture size (default: all that the patches of --k cover)"},
+    {"k", "N|NxM", "patches a side (default: as --size needs)"},
+    {"wb", "N", "patch size w_B in texels (default 3/8 of the sample's shorter side)"},
+    {"we", "N", "overlap w_E in texels, 1 to w_B/2 (default w_B/6)"},
+    {"blend", "liang|quilting",
+     "how patches join: feathering or minimum error boundary cut (default quilting)"},
+    {"pack", "rgba8|packed", "how cuts are stored (default packed)"},
+    {"tau", "T", "threshold of the patch search, 0 to 10 (default 0.2)"},
+    {"synthesized", "OUT.png", "also write the synthesised texture as the encoder holds it"},
+};
+
+struct Window {
+  std::uint32_t x, y, width, height;
+};
+
+Result<Window> sample_window(const OptionValues& options, const Image& image) {
+  const auto text = find_option(options, "sample");
+  if (!text) return Window{0, 0, image.width, image.height};
+  const auto n = split_numbers(*text, ',');
+  if (!n || n->size() != 4) return bad_argument(fmt::format("--sample is '{}', expected X,Y,W,H", *text));
+  const Window w{(*n)[0], (*n)[1], (*n)[2], (*n)[3]};
+  if (w.width < 2 || w.height < 2 || std::uint64_t{w.x} + w.width > image.width ||
+      std::uint64_t{w.y} + w.height > image.height) {
+    return bad_argument(
+        fmt::format("--sample is '{}', expected at least 2x2 texels inside the input of {}x{}", *text,
+                    image.width, image.height));
+  }
+  return w;
+}
+
+// The side image of a map: OUT.png for one map, OUT-NAME.png for several.
+std::string side_path(const std::string& path, const std::string& map, std::size_t maps) {
+  if (maps == 1) return path;
+  const std::size_t slash = path.find_last_of('/');
+  const std::size_t dot = path.find_last_of('.');
+  const bool has_dot = dot != std::string::npos && (slash == std::string::npos || dot > slash);
+  return has_dot ? path.substr(0, dot) + '-' + map + path.substr(dot) : path + '-' + map;
+}
+
+std::string text_of(double value) { return fmt::format("{:g}", value); }
+
+}  // namespace
+
+const std::span<const OptionSpec> kPatchFitOptions = kOptions;
+
+Result<FitResult> patch_fit(const FitInput& input, const FitSettings& settings) {
+  const Result<Window> window = sample_window(settings.options, input.maps[0].image);
+  if (!window) return window.error();
+  const auto tau = parse_double(settings.options, "tau", 0, 10);
+  if (!tau) return tau.error();
+
+  Head head;
+  std::vector<Image> samples;
+  for (const NamedImage& map : input.maps) {
+    const Image& image = map.image;
+    if (image.width != input.maps[0].image.width || image.height != input.maps[0].image.height) {
+      return bad_argument(fmt::format("map '{}' has {}x{} texels, expected {}x{} as map '{}' has", map.name,
+                                      image.width, image.height, input.maps[0].image.width,
+                                      input.maps[0].image.height, input.maps[0].name));
+    }
+    samples.push_back(crop(image, window->x, window->y, window->width, window->height));
+    head.maps.push_back({map.name, image.channels, image.type, image.colour_space, image.alpha});
+  }
+  const Result<PatchShape> shape =
+      patch_shape_from_options(settings.options, window->width, window->height, head);
+  if (!shape) return shape.error();
+
+  FitResult result;
+  RowSink sink;
+  const auto side = find_option(settings.options, "synthesized");
+  if (side) {
+    for (std::size_t m = 0; m < samples.size(); ++m) {
+      SideImage one{side_path(*side, head.maps[m].name, samples.size()), samples[m]};
+      one.image.width = head.width;
+      one.image.height = head.height;
+      one.image.codes.resize(std::size_t{head.width} * head.height * one.image.channels);
+      result.side_images.push_back(std::move(one));
+    }
+    sink = [&](std::uint32_t y, std::span<const std::uint16_t* const> maps) {
+      if (y >= head.height) return;
+      for (std::size_t m = 0; m < maps.size(); ++m) {
+        Image& image = result.side_images[m].image;
+        std::copy_n(maps[m], std::size_t{image.width} * image.channels, &image.codes[image.index(0, y, 0)]);
+      }
+    };
+  }
+
+  SynthesisSettings synthesis;
+  synthesis.tau = tau->value_or(0.2);
+  synthesis.seed = settings.seed;
+  synthesis.progress = settings.progress;
+  tbb::task_arena arena(settings.threads == 0 ? tbb::task_arena::automatic
+                                              : static_cast<int>(settings.threads));
+  const PatchRecipe recipe =
+      arena.execute([&] { return synthesize_patches(*shape, samples, synthesis, sink); });
+
+  std::vector<SampleCodes> codes;
+  for (Image& sample : samples) codes.push_back(std::move(sample.codes));
+  result.chunks = patch_write(head, *shape, recipe, codes);
+  result.meta["patch.seed"] = std::to_string(settings.seed);
+  result.meta["patch.tau"] = text_of(synthesis.tau);
+  return result;
+}
+
+}  // namespace btfc

@@ -1,0 +1,33 @@
+// The patch search: which positions of the sample fit what has been synthesised so far (paper, section
+// III.A).
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "encoder/models/patch_features.h"
+#include "format/models/patch_payload.h"
+
+namespace btfc {
+
+// The boundary zone of a patch and what the texture shows there: row v has the texels 0 … length[v]-1.
+struct BoundaryZone {
+  std::vector<std::uint32_t> length;  // w_B rows, texels
+  std::vector<std::int16_t> values;   // the rows one after another, all channels
+};
+
+// Candidates in raster order of the sample: all positions whose distance is below the threshold delta of the
+// paper, or, where there is none, all that share the smallest distance.
+//
+// The paper's d < delta = tau rms(zone) is compared as sum of squared differences < tau^2 * sum of squares:
+// the number of values cancels.
+using Candidates = std::vector<PatchPosition>;
+
+// The exhaustive search as written in the paper: one double loop. The reference for find_candidates.
+Candidates find_candidates_plain(const MatchImage& sample, std::uint32_t patch_size, const BoundaryZone& zone,
+                                 double tau);
+
+// The same result by SIMD rows with early exit, on the threads of the calling oneTBB arena.
+Candidates find_candidates(const MatchImage& sample, std::uint32_t patch_size, const BoundaryZone& zone,
+                           double tau);
+
+}  // namespace btfc

@@ -1,0 +1,105 @@
+// Writing images in bands of rows.
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "encoder/image_file.h"
+#include "encoder/output/atomic_file.h"
+
+namespace btfc {
+namespace {
+
+constexpr std::uint32_t kBandRows = 64;
+
+bool ends_with(const std::string& path, const char* extension) {
+  const std::string_view end(extension);
+  if (path.size() < end.size()) return false;
+  return std::equal(end.begin(), end.end(), path.end() - static_cast<std::ptrdiff_t>(end.size()),
+                    [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
+}
+
+bool is_linear(ColourSpace space) {
+  return space != ColourSpace::srgb_rec709_scene && space != ColourSpace::data;
+}
+
+// Half codes as 8 bits for looking at; alpha is never coded.
+std::vector<std::uint8_t> display_bytes(const std::vector<std::uint8_t>& codes, const ImageHeader& header) {
+  std::vector<std::uint8_t> bytes(codes.size() / 2);
+  const bool linear = is_linear(header.colour_space);
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const bool alpha = header.alpha != Alpha::none && i % header.channels == header.channels - 1;
+    float v = std::clamp(code_value(SampleType::float16, load_u16(&codes[2 * i])), 0.0f, 1.0f);
+    if (linear && !alpha) v = v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
+    bytes[i] = static_cast<std::uint8_t>(std::lrint(255.0f * v));
+  }
+  return bytes;
+}
+
+}  // namespace
+
+Result<Done> write_image_rows(const std::string& path, const ImageHeader& header, const RowSource& rows) {
+  const bool png = ends_with(path, ".png"), exr = ends_with(path, ".exr");
+  if (!png && !exr)
+    return bad_argument(fmt::format("'{}' names no output format, expected .png or .exr", path));
+  Result<PendingFile> pending = PendingFile::create(path);
+  if (!pending) return pending.error();
+
+  const bool display = png && header.type == SampleType::float16;
+  const OIIO::TypeDesc::BASETYPE native = header.type == SampleType::unorm8    ? OIIO::TypeDesc::UINT8
+                                          : header.type == SampleType::unorm16 ? OIIO::TypeDesc::UINT16
+                                                                               : OIIO::TypeDesc::HALF;
+  const OIIO::TypeDesc given = display ? OIIO::TypeDesc(OIIO::TypeDesc::UINT8) : OIIO::TypeDesc(native);
+  const OIIO::TypeDesc stored = png                                  ? given
+                                : header.type == SampleType::unorm16 ? OIIO::TypeDesc(OIIO::TypeDesc::FLOAT)
+                                                                     : OIIO::TypeDesc(OIIO::TypeDesc::HALF);
+  OIIO::ImageSpec spec(static_cast<int>(header.width), static_cast<int>(header.height),
+                       static_cast<int>(header.channels), stored);
+  spec.alpha_channel = header.alpha == Alpha::none ? -1 : spec.nchannels - 1;
+  spec["oiio:UnassociatedAlpha"] = header.alpha == Alpha::straight ? 1 : 0;
+  if (png) spec["png:compressionLevel"] = 3;
+  const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(pending->path());
+  if (!output || !output->open(pending->path(), spec)) {
+    return io_error(
+        fmt::format("could not write '{}': {}", path, output ? output->geterror() : OIIO::geterror()));
+  }
+  const std::size_t sample_bytes = header.type == SampleType::unorm8 ? 1 : 2;
+  const std::size_t row_bytes = std::size_t{header.width} * header.channels * sample_bytes;
+  std::vector<std::uint8_t> band;
+  for (std::uint32_t y = 0; y < header.height; y += kBandRows) {
+    const std::uint32_t count = std::min(kBandRows, header.height - y);
+    band.resize(count * row_bytes);
+    if (const auto filled = rows(y, count, band.data()); !filled) return filled.error();
+    const std::vector<std::uint8_t> shown =
+        display ? display_bytes(band, header) : std::vector<std::uint8_t>();
+    const void* data = display ? shown.data() : band.data();
+    if (!output->write_scanlines(static_cast<int>(y), static_cast<int>(y + count), 0, given, data)) {
+      return io_error(fmt::format("could not write '{}': {}", path, output->geterror()));
+    }
+  }
+  if (!output->close()) return io_error(fmt::format("could not write '{}': {}", path, output->geterror()));
+  return pending->commit();
+}
+
+Result<Done> write_image(const std::string& path, const Image& image) {
+  const ImageHeader header{image.width, image.height,       image.channels,
+                           image.type,  image.colour_space, image.alpha};
+  return write_image_rows(path, header,
+                          [&](std::uint32_t y, std::uint32_t count, std::uint8_t* out) -> Result<Done> {
+                            const std::size_t begin = image.index(0, y, 0),
+                                              samples = std::size_t{count} * image.width * image.channels;
+                            for (std::size_t i = 0; i < samples; ++i) {
+                              const std::uint16_t code = image.codes[begin + i];
+                              if (image.type == SampleType::unorm8) {
+                                out[i] = static_cast<std::uint8_t>(code);
+                              } else {
+                                store_u16(out + 2 * i, code);
+                              }
+                            }
+                            return Done{};
+                          });
+}
+
+}  // namespace btfc

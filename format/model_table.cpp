@@ -1,0 +1,33 @@
+// The rows of the model table.
+#include "format/model_table.h"
+
+#include "format/models/patch_payload.h"
+
+namespace btfc {
+namespace {
+
+const ModelFormat kModels[] = {
+    {ModelId::patch, "patch", "sample + patch coordinates + minimum error boundary cuts",
+     "spec/models/patch.md", kPatchChunkTypes, kPatchSizeOptions, patch_describe, patch_layout, patch_load},
+};
+static_assert(std::size(kModels) == kModelCount);
+
+}  // namespace
+
+std::span<const ModelFormat> models() { return kModels; }
+
+const ModelFormat* find_model(ModelId id) {
+  for (const ModelFormat& model : kModels) {
+    if (model.id == id) return &model;
+  }
+  return nullptr;
+}
+
+const ModelFormat* find_model(std::string_view name) {
+  for (const ModelFormat& model : kModels) {
+    if (model.name == name) return &model;
+  }
+  return nullptr;
+}
+
+}  // namespace btfc

@@ -1,0 +1,72 @@
+// The one list of models: what the format layer knows of each (design: the model slot).
+#pragma once
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "format/chunk.h"
+#include "format/head.h"
+#include "format/loaded_item.h"
+#include "format/options.h"
+#include "format/result.h"
+
+namespace btfc {
+
+// A count as the model's paper prints it, beside ours.
+struct PaperCount {
+  const char* name;
+  std::uint64_t bits;
+};
+
+struct Parameter {
+  std::string name, value;
+  bool number = true;  // how JSON writes the value
+};
+
+// Everything that follows from HEAD and PARM alone.
+struct Layout {
+  std::vector<ChunkSpec> payload;  // PARM included, in canonical order
+  std::uint64_t formula_bits = 0;  // the spec page's closed formula, not a sum over payload
+  std::uint64_t memory_bits = 0;
+  std::optional<PaperCount> paper;
+  std::vector<Parameter> parameters;
+};
+
+struct ItemDescription {
+  Head head;
+  Bytes parm;
+};
+
+// Returns the raw bytes of a payload chunk, already held against its derived size and its hash.
+using ChunkReader = std::function<Result<Bytes>(const ChunkKey&)>;
+
+struct ModelFormat {
+  ModelId id;
+  const char* name;
+  const char* summary;
+  const char* spec_page;
+  std::span<const std::uint32_t> chunk_types;  // critical types of the model beside HEAD and PARM
+  std::span<const OptionSpec> size_options;
+  // `btfc size`: options -> what a file with them would say.
+  Result<ItemDescription> (*describe)(const OptionValues&);
+  // The derived sizes; checks the model's rules about HEAD and PARM.
+  Result<Layout> (*layout)(const Head&, ByteView parm);
+  // Payload -> words and planes; checks the model's rules about contents.
+  Result<LoadedItem> (*load)(const Head&, ByteView parm, const ChunkReader&);
+
+  bool knows_type(std::uint32_t type) const {
+    return std::find(chunk_types.begin(), chunk_types.end(), type) != chunk_types.end();
+  }
+};
+
+// Every layer's table has this many rows, in this order; a missing row does not compile.
+inline constexpr std::size_t kModelCount = 1;
+
+std::span<const ModelFormat> models();
+const ModelFormat* find_model(ModelId id);
+const ModelFormat* find_model(std::string_view name);
+
+}  // namespace btfc

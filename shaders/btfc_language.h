@@ -1,0 +1,57 @@
+// Makes one text compile as GLSL 4.60 and as C++20: types, qualifiers, and how data is read.
+//
+// GLSL: the including shader defines, before any model header, `uint btfc_word(uint handle, uint slot, uint
+// index)`. C++: words come from a BtfcWords. Floating point is built with -ffp-contract=off, see
+// CMakeLists.txt.
+#ifndef BTFC_LANGUAGE_H
+#define BTFC_LANGUAGE_H
+
+#ifdef __cplusplus
+
+#include <bit>
+#include <cstdint>
+#include <glm/glm.hpp>
+
+namespace btfc {
+
+using glm::ivec2;
+using glm::min;
+using glm::uint;
+using glm::uvec2;
+using glm::uvec4;
+using glm::vec2;
+using glm::vec3;
+using glm::vec4;
+
+// The word arrays of a loaded item; counts are for checks outside the maths.
+struct BtfcWords {
+  const std::uint32_t* slot[4];
+};
+
+inline uint btfc_word(const BtfcWords& words, uint slot, uint index) { return words.slot[slot][index]; }
+inline uint floatBitsToUint(float f) { return std::bit_cast<uint>(f); }
+inline float uintBitsToFloat(uint u) { return std::bit_cast<float>(u); }
+
+}  // namespace btfc
+
+#define BTFC_BEGIN namespace btfc {
+#define BTFC_END }
+#define BTFC_FN inline
+#define BTFC_WORDS const BtfcWords&
+#define BTFC_IN(T) const T&
+#define BTFC_OUT(T) T&
+#define BTFC_PRECISE
+
+#else
+
+#define BTFC_BEGIN
+#define BTFC_END
+#define BTFC_FN
+#define BTFC_WORDS uint
+#define BTFC_IN(T) T
+#define BTFC_OUT(T) out T
+#define BTFC_PRECISE precise
+
+#endif
+
+#endif

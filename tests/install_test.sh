@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# install_test.sh BUILD_DIR SOURCE_DIR FILE.btfc: installs a build, moves the installation, and builds and runs
+# tests/consumer against nothing but that, by find_package and by pkg-config, in C and in C++.
+set -euo pipefail
+build_dir=$(realpath "$1") source_dir=$(realpath "$2") file=$(realpath "$3")
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+cached() { sed -n "s/^$1:[A-Z]*=//p" "$build_dir/CMakeCache.txt"; }
+fail() { echo "install_test: $*" >&2; exit 1; }
+
+cmake --install "$build_dir" --prefix "$work/first" >"$work/install.log" || { cat "$work/install.log"; exit 1; }
+mv "$work/first" "$work/usr" # an installation that knows its own place would break here
+cp -r "$source_dir/tests/consumer" "$work/consumer"
+
+libdir=$work/usr/$(cached CMAKE_INSTALL_LIBDIR)
+[ -f "$libdir/pkgconfig/btfc.pc" ] || fail "no btfc.pc"
+if grep -rnF -e "$build_dir" -e "$source_dir" -e "$work" "$libdir/cmake" "$libdir/pkgconfig"; then
+  fail "a path of this machine is installed"
+fi
+if grep -rniE 'fmt|btfc_build|btfc_format' "$libdir/cmake" "$libdir/pkgconfig"; then
+  fail "a private dependency is installed"
+fi
+cc=$(cached CMAKE_C_COMPILER) cxx=$(cached CMAKE_CXX_COMPILER) flags="-Wall -Wextra -Wpedantic -Werror"
+case $(cached BTFC_SANITIZE) in ON | 1 | TRUE | YES) flags+=" -fsanitize=address,undefined" ;; esac
+static=--static
+if [ -e "$libdir/libbtfc.so" ]; then static=""; fi
+
+cmake -S "$work/consumer" -B "$work/found" -G "$(cached CMAKE_GENERATOR)" -DCMAKE_PREFIX_PATH="$work/usr" \
+  -DCMAKE_C_COMPILER="$cc" -DCMAKE_CXX_COMPILER="$cxx" -DCMAKE_C_FLAGS="$flags" -DCMAKE_CXX_FLAGS="$flags" >"$work/log" 2>&1 &&
+  cmake --build "$work/found" >>"$work/log" 2>&1 || { cat "$work/log"; fail "find_package"; }
+
+export PKG_CONFIG_PATH=$libdir/pkgconfig
+# shellcheck disable=SC2086
+cflags=$(pkg-config --cflags btfc) libs=$(pkg-config --libs $static btfc)
+# shellcheck disable=SC2086
+"$cc" -std=c11 $flags $cflags "$work/consumer/main.c" $libs -o "$work/by_pkg_config_c" || fail "pkg-config, C"
+# shellcheck disable=SC2086
+"$cxx" -std=c++20 $flags $cflags "$work/consumer/main.cpp" $libs -o "$work/by_pkg_config_cpp" || fail "pkg-config, C++"
+
+expected=""
+for program in found/consumer_c found/consumer_cpp by_pkg_config_c by_pkg_config_cpp; do
+  line=$(LD_LIBRARY_PATH=$libdir "$work/$program" "$file") || fail "$program failed"
+  echo "$program: $line"
+  [ "${expected:=$line}" = "$line" ] || fail "$program disagrees"
+done
+
+# The shader entry point compiles from the installed files alone.
+shaders=$(pkg-config --variable=shaderdir btfc)
+if command -v glslangValidator >/dev/null; then
+  glslangValidator --quiet -V --target-env vulkan1.1 "$shaders/btfc_decode.comp" -o "$work/decode.spv" || fail "shader"
+fi
+echo "install_test: good"

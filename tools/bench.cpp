@@ -1,0 +1,153 @@
+// btfc bench: decode rates of the CPU through the public interface, beside a copy of the same bytes.
+#include <chrono>
+#include <cstring>
+#include <random>
+
+#include "tools/command.h"
+#include "tools/texture_file.h"
+
+namespace btfc {
+namespace {
+
+struct Arguments {
+  std::string input, map;
+  double seconds = 0.4;
+  Report report;
+};
+
+constexpr std::size_t kRandomTexels = 400000;
+
+// Median over rounds of texels per second; work() handles `texels` of them.
+struct Contestant {
+  const char* name;
+  std::size_t texels;
+  std::function<void()> work;
+  std::vector<double> rates;
+};
+
+// Contestants take turns, so that a disturbance of the machine meets all of them.
+void measure(std::vector<Contestant>& all, double seconds) {
+  using Clock = std::chrono::steady_clock;
+  constexpr int kRounds = 7;
+  for (int round = 0; round < kRounds; ++round) {
+    for (Contestant& one : all) {
+      std::size_t runs = 0;
+      const auto begin = Clock::now();
+      double spent = 0;
+      do {
+        one.work();
+        ++runs;
+        spent = std::chrono::duration<double>(Clock::now() - begin).count();
+      } while (spent < seconds / kRounds);
+      one.rates.push_back(static_cast<double>(runs * one.texels) / spent);
+    }
+  }
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+int run(Arguments& a) {
+  a.report.give_back(a.input);
+  const auto stop = [](const Error& e) { return fail("bench", e); };
+  if (a.input.empty()) return stop(bad_argument("IN.btfc is missing"));
+  const Result<TexturePtr> texture = load_texture(a.input);
+  if (!texture) return stop(texture.error());
+  std::uint32_t map = 0;
+  if (!a.map.empty()) {
+    const Result<std::uint32_t> number = map_number(texture->get(), a.map);
+    if (!number) return stop(number.error());
+    map = *number;
+  }
+  const btfc_texture* t = texture->get();
+  btfc_map_info info{};
+  btfc_texture_map_info(t, map, &info);
+  const std::uint32_t width = btfc_texture_width(t), height = btfc_texture_height(t);
+  const std::size_t texel_bytes = info.channels * (info.sample == BTFC_UNORM8 ? 1u : 2u);
+  const std::size_t row = width * texel_bytes, size = row * height, texels = std::size_t{width} * height;
+
+  std::mt19937 random(1);
+  std::vector<std::int32_t> at(2 * kRandomTexels);
+  for (std::size_t i = 0; i < kRandomTexels; ++i) {
+    at[2 * i] = static_cast<std::int32_t>(random() % width);
+    at[2 * i + 1] = static_cast<std::int32_t>(random() % height);
+  }
+  std::vector<unsigned char> image(size), other(size), batch(kRandomTexels * texel_bytes);
+  btfc_decode_rect(t, nullptr, map, 0, 0, width, height, info.sample, image.data(), row, size);
+
+  std::vector<Contestant> all = {
+      {"cpu_full_mtexel_s",
+       texels,
+       [&] { btfc_decode_rect(t, nullptr, map, 0, 0, width, height, info.sample, other.data(), row, size); },
+       {}},
+      {"cpu_random_mtexel_s",
+       kRandomTexels,
+       [&] {
+         for (std::size_t i = 0; i < kRandomTexels; ++i) {
+           btfc_decode_texels(t, nullptr, map, &at[2 * i], 1, info.sample, &batch[i * texel_bytes],
+                              texel_bytes);
+         }
+       },
+       {}},
+      {"cpu_batch_mtexel_s",
+       kRandomTexels,
+       [&] {
+         btfc_decode_texels(t, nullptr, map, at.data(), kRandomTexels, info.sample, batch.data(),
+                            batch.size());
+       },
+       {}},
+      {"cpu_naive_mtexel_s",
+       std::size_t{width} * std::min(height, 64u),
+       [&] {  // the reference, texel by texel as floats
+         btfc_query query{};
+         query.map = map;
+         float value[4];
+         for (query.y = 0; query.y < static_cast<std::int32_t>(std::min(height, 64u)); ++query.y) {
+           for (query.x = 0; query.x < static_cast<std::int32_t>(width); ++query.x) {
+             btfc_eval(t, nullptr, &query, sizeof query, 1, value, 4);
+             std::memcpy(batch.data(), value, sizeof(float));
+           }
+         }
+       },
+       {}},
+      {"memcpy_mtexel_s", texels, [&] { std::memcpy(other.data(), image.data(), size); }, {}},
+      {"raw_random_mtexel_s",
+       kRandomTexels,
+       [&] {
+         for (std::size_t i = 0; i < kRandomTexels; ++i) {
+           const std::size_t from = static_cast<std::size_t>(at[2 * i + 1]) * row +
+                                    static_cast<std::size_t>(at[2 * i]) * texel_bytes;
+           std::memcpy(&batch[i * texel_bytes], &image[from], texel_bytes);
+         }
+       },
+       {}},
+  };
+  measure(all, a.seconds);
+
+  Json json = {{"file", a.input}, {"map", info.name}, {"width", width}, {"height", height}, {"threads", 1}};
+  std::string text = fmt::format("{}: map {}, {}x{}, one thread", a.input, info.name, width, height);
+  for (const Contestant& one : all) {
+    json[one.name] = median(one.rates) / 1e6;
+    text += fmt::format("\n{:<22} {:10.2f}", one.name, median(one.rates) / 1e6);
+  }
+  if (const auto wrote = a.report.write(text, json); !wrote) return stop(wrote.error());
+  return kExitOk;
+}
+
+}  // namespace
+
+Verb add_bench(CLI::App& app) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* verb = app.add_subcommand("bench", "decode rates in million texels a second, one thread");
+  verb->add_option("IN.btfc", a->input, "the file");
+  verb->add_option("--map", a->map, "the map (default: the first)")->type_name("NAME");
+  verb->add_option("--seconds", a->seconds, "time for each measure (default 0.4)")
+      ->check(CLI::Range(0.01, 60.0))
+      ->type_name("S");
+  a->report.attach(*verb);
+  return {verb, [a] { return run(*a); }};
+}
+
+}  // namespace btfc

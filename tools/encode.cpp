@@ -1,0 +1,161 @@
+// btfc encode: images in, one file out.
+#include <chrono>
+
+#include "encoder/image_file.h"
+#include "encoder/model_table.h"
+#include "encoder/output/atomic_file.h"
+#include "format/container.h"
+#include "tools/command.h"
+
+namespace btfc {
+namespace {
+
+struct Arguments {
+  std::vector<std::string> inputs, maps;
+  std::string output, model, codec = "zstd", colour_space;
+  int level = 19;
+  std::uint64_t seed = 1;
+  unsigned threads = 0;
+  OptionValues model_options;
+  Report report;
+};
+
+// INPUT becomes the map "image"; --map NAME=FILE adds named ones.
+Result<FitInput> read_inputs(const Arguments& a) {
+  FitInput input;
+  const auto add = [&](const std::string& name, const std::string& path) -> Result<Done> {
+    Result<Image> image = read_image(path);
+    if (!image) return image.error();
+    for (const NamedImage& other : input.maps) {
+      if (other.name == name) return bad_argument(fmt::format("two maps are named '{}'", name));
+    }
+    input.maps.push_back({name, *std::move(image)});
+    return Done{};
+  };
+  if (a.inputs.size() > 1) return bad_argument("more than one INPUT; give the other maps as --map NAME=FILE");
+  for (const std::string& path : a.inputs) {
+    if (const auto added = add("image", path); !added) return added.error();
+  }
+  for (const std::string& text : a.maps) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos || !valid_map_name(text.substr(0, equals))) {
+      return bad_argument(
+          fmt::format("--map is '{}', expected NAME=FILE with a name of 1 to 24 of A-Z a-z 0-9 _ -", text));
+    }
+    if (const auto added = add(text.substr(0, equals), text.substr(equals + 1)); !added) return added.error();
+  }
+  if (input.maps.empty()) return bad_argument("there is no INPUT and no --map NAME=FILE");
+  std::uint32_t channels = 0;
+  for (const NamedImage& map : input.maps) channels += map.image.channels;
+  if (input.maps.size() > kMaxMaps || channels > kMaxChannels) {
+    return bad_argument(fmt::format("{} maps with {} channels, expected at most {} with {}",
+                                    input.maps.size(), channels, kMaxMaps, kMaxChannels));
+  }
+  if (!a.colour_space.empty()) {
+    const auto space = colour_space_of(a.colour_space);
+    if (!space)
+      return bad_argument(fmt::format("--colour-space is '{}', see spec/registry.md", a.colour_space));
+    for (NamedImage& map : input.maps) map.image.colour_space = *space;
+  }
+  return input;
+}
+
+int run(Arguments& a) {
+  const auto stop = [](const Error& e) { return fail("encode", e); };
+  const ModelFormat* model = find_model(a.model);
+  if (model == nullptr)
+    return stop(bad_argument(fmt::format("there is no model '{}', see 'btfc models'", a.model)));
+  const Fitter& fit = fitter(model->id);
+  for (const auto& [name, value] : a.model_options) {
+    const auto is_it = [&](const OptionSpec& o) { return name == o.name; };
+    if (!std::any_of(fit.options.begin(), fit.options.end(), is_it)) {
+      return stop(bad_argument(fmt::format("--{} is no option of model '{}'", name, a.model)));
+    }
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const Result<FitInput> input = read_inputs(a);
+  if (!input) return stop(input.error());
+  FitSettings settings;
+  settings.options = a.model_options;
+  settings.seed = a.seed;
+  settings.threads = a.threads;
+  settings.progress = progress_line("encoding");
+  Result<FitResult> fitted = fit.fit(*input, settings);
+  if (!fitted) return stop(fitted.error());
+
+  fitted->meta["btfc:writer"] = "btfc 0.1.0";
+  fitted->chunks.push_back({{kMeta, kSafeToCopy}, write_meta(fitted->meta)});
+  PackOptions pack;
+  pack.codec = a.codec == "raw" ? Codec::raw : Codec::zstd;
+  pack.zstd_level = a.level;
+  const Result<Bytes> file = pack_file(std::move(fitted->chunks), pack);
+  if (!file) return stop(file.error());
+  ByteView view(*file);
+  const Result<OpenedFile> check = open_file(memory_source(&view));
+  if (!check) return stop(check.error());
+  for (const SideImage& side : fitted->side_images) {
+    if (const auto wrote = write_image(side.path, side.image); !wrote) return stop(wrote.error());
+  }
+  if (const auto wrote = write_file(a.output, *file); !wrote) return stop(wrote.error());
+
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double texels = static_cast<double>(check->head.width) * check->head.height;
+  const double formula = static_cast<double>(check->layout.formula_bits) / texels;
+  const double on_disk = 8.0 * static_cast<double>(file->size()) / texels;
+  const std::string text =
+      fmt::format("{}: {}x{}, {} bytes, {:.4f} bits per texel by formula, {:.4f} as a file, {:.2f} s",
+                  a.output, check->head.width, check->head.height, file->size(), formula, on_disk, seconds);
+  const Json json = {{"output", a.output},
+                     {"model", a.model},
+                     {"width", check->head.width},
+                     {"height", check->head.height},
+                     {"file_bytes", file->size()},
+                     {"payload_bits", 8 * check->directory.header.payload_bytes},
+                     {"formula_bits", check->layout.formula_bits},
+                     {"bits_per_texel", formula},
+                     {"bits_per_texel_file", on_disk},
+                     {"seconds", seconds}};
+  if (const auto wrote = a.report.write(text, json); !wrote) return stop(wrote.error());
+  return kExitOk;
+}
+
+}  // namespace
+
+Verb add_encode(CLI::App& app) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* verb = app.add_subcommand("encode", "encode images into a .btfc file");
+  verb->add_option("INPUT", a->inputs, "the image (PNG, JPEG, TIFF, EXR, HDR); becomes the map 'image'");
+  verb->add_option("--map", a->maps, "a named map, may be repeated")->type_name("NAME=FILE")->take_all();
+  verb->add_option("-o,--output", a->output, "the file to write")->required()->type_name("OUT.btfc");
+  verb->add_option("--model", a->model, "the model, see 'btfc models'")->required()->type_name("ID");
+  verb->add_option("--codec", a->codec, "raw or zstd (default zstd, where it is smaller)")
+      ->check(CLI::IsMember({"raw", "zstd"}))
+      ->type_name("CODEC");
+  verb->add_option("--level", a->level, "zstd level, 1 to 22 (default 19)")
+      ->check(CLI::Range(1, 22))
+      ->type_name("N");
+  verb->add_option("--seed", a->seed, "seed of random choices (default 1)")->type_name("N");
+  verb->add_option("--threads", a->threads, "threads (default: all)")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  verb->add_option("--colour-space", a->colour_space, "what the maps' values are (default: as the files say)")
+      ->type_name("ID");
+  a->report.attach(*verb);
+  for (const ModelFormat& model : models()) {
+    for (const OptionSpec& option : fitter(model.id).options) {
+      const std::string flag = std::string("--") + option.name;
+      if (verb->get_option_no_throw(flag) != nullptr) continue;
+      verb->add_option_function<std::string>(
+              flag,
+              [a, name = std::string(option.name)](const std::string& text) {
+                a->model_options[name] = text;
+              },
+              option.help)
+          ->type_name(option.metavar)
+          ->group(fmt::format("Options of models: {}", model.name));
+    }
+  }
+  return {verb, [a] { return run(*a); }};
+}
+
+}  // namespace btfc

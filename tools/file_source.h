@@ -1,0 +1,26 @@
+// A .btfc file opened for positioned reads.
+#pragma once
+#include <string>
+
+#include "format/result.h"
+#include "format/source.h"
+
+namespace btfc {
+
+// Movable, closes its file. source() stays valid while the object does not move.
+class FileSource {
+ public:
+  static Result<FileSource> open(const std::string& path);
+  FileSource(FileSource&& other) noexcept : file_(other.file_), size_(other.size_) { other.file_ = -1; }
+  FileSource& operator=(FileSource&&) = delete;
+  ~FileSource();
+  ByteSource source() const;
+  int descriptor() const { return file_; }
+
+ private:
+  FileSource(int file, std::uint64_t size) : file_(file), size_(size) {}
+  int file_;
+  std::uint64_t size_;
+};
+
+}  // namespace btfc

@@ -1,0 +1,77 @@
+// Integers first, then the rates that follow from them.
+#include "tools/size_report.h"
+
+namespace btfc {
+
+Json size_json(const Head& head, const Layout& layout) {
+  const std::uint64_t texels = std::uint64_t{head.width} * head.height;
+  const std::uint64_t samples = texels * head.pairs * head.channels();
+  std::uint64_t payload_bytes = 0;
+  for (const ChunkSpec& chunk : layout.payload) payload_bytes += chunk.raw_bytes;
+  const auto payload_bits = static_cast<double>(8 * payload_bytes);
+
+  Json maps = Json::array();
+  for (const Map& map : head.maps) {
+    maps.push_back({{"name", map.name},
+                    {"channels", map.channels},
+                    {"sample_type", name_of(map.type)},
+                    {"colour_space", name_of(map.colour_space)}});
+  }
+  Json parameters = Json::object();
+  for (const Parameter& p : layout.parameters) {
+    if (p.number) {
+      parameters[p.name] = std::stoull(p.value);
+    } else {
+      parameters[p.name] = p.value;
+    }
+  }
+  Json json = {{"model", find_model(head.model)->name},
+               {"format_version", fmt::format("{}.{}", kVersionMajor, kVersionMinor)},
+               {"width", head.width},
+               {"height", head.height},
+               {"channels", head.channels()},
+               {"maps", maps},
+               {"views", head.views},
+               {"lights", head.lights},
+               {"pairs", head.pairs},
+               {"unbounded", head.unbounded},
+               {"payload_bits", 8 * payload_bytes},
+               {"formula_bits", layout.formula_bits},
+               {"memory_bits", layout.memory_bits},
+               {"raw_bytes_u8", samples},
+               {"bits_per_texel", payload_bits / static_cast<double>(texels)},
+               {"bits_per_sample", payload_bits / static_cast<double>(samples)},
+               {"ratio_u8", 8.0 * static_cast<double>(samples) / payload_bits},
+               {"ratio_u16", 16.0 * static_cast<double>(samples) / payload_bits}};
+  if (layout.paper) {
+    json["paper"] = {
+        {"name", layout.paper->name},
+        {"bits", layout.paper->bits},
+        {"bits_per_texel", static_cast<double>(layout.paper->bits) / static_cast<double>(texels)}};
+  }
+  json["parameters"] = parameters;
+  return json;
+}
+
+std::string text_of(const Json& json) {
+  std::string text;
+  for (const auto& [key, value] : json.items()) {
+    std::string shown;
+    if (value.is_object()) {
+      for (const auto& [k, v] : value.items()) {
+        shown += fmt::format("{}{} {}", shown.empty() ? "" : ", ", k,
+                             v.is_string() ? v.get<std::string>() : v.dump());
+      }
+    } else if (value.is_array()) {
+      for (const auto& v : value) shown += fmt::format("\n  {}", v.dump());
+    } else if (value.is_number_float()) {
+      shown = fmt::format("{:.6g}", value.get<double>());
+    } else {
+      shown = value.is_string() ? value.get<std::string>() : value.dump();
+    }
+    text += fmt::format("{}{:<20} {}", text.empty() ? "" : "\n", key, shown);
+  }
+  return text;
+}
+
+}  // namespace btfc

@@ -1,0 +1,14 @@
+// The numbers of a file or of parameters alone, as `info` and `size` print them.
+#pragma once
+#include "format/container.h"
+#include "tools/command.h"
+
+namespace btfc {
+
+// Everything that follows from HEAD and PARM: design's size accounting, all integers, rates as decimals.
+Json size_json(const Head& head, const Layout& layout);
+
+// The same as aligned text, one line a key.
+std::string text_of(const Json& json);
+
+}  // namespace btfc

@@ -1,0 +1,77 @@
+// Glue between files, the C interface and images.
+#include "tools/texture_file.h"
+
+#include <fmt/format.h>
+
+#include "tools/file_source.h"
+
+namespace btfc {
+
+Error from_api(const btfc_error& error) {
+  constexpr Status kStatus[] = {Status::ok,           Status::bad_argument,  Status::io,
+                                Status::invalid_file, Status::out_of_memory, Status::limit,
+                                Status::unsupported};
+  const std::string rule = error.rule[0] != '\0' ? fmt::format(" [{}]", error.rule) : "";
+  return {kStatus[error.result], error.message + rule, "", error.offset};
+}
+
+Result<TexturePtr> load_texture(const std::string& path) {
+  const Result<FileSource> file = FileSource::open(path);
+  if (!file) return file.error();
+  const ByteSource bytes = file->source();
+  btfc_source source{};
+  source.user = const_cast<ByteSource*>(&bytes);
+  source.size = bytes.size;
+  source.read = [](void* user, uint64_t offset, void* destination, size_t size) {
+    const auto* s = static_cast<const ByteSource*>(user);
+    return s->read(s->user, offset, destination, size) ? 0 : 1;
+  };
+  btfc_error error{};
+  const auto placed = [&] {
+    Error e = from_api(error);
+    e.message = fmt::format("'{}': {}", path, e.message);
+    return e;
+  };
+  btfc_reader* reader = nullptr;
+  if (btfc_reader_open(&source, nullptr, &reader, &error) != BTFC_OK) return placed();
+  const std::unique_ptr<btfc_reader, ReaderFree> owned(reader);
+  btfc_texture* texture = nullptr;
+  if (btfc_texture_load(reader, &texture, &error) != BTFC_OK) return placed();
+  return TexturePtr(texture);
+}
+
+Result<std::uint32_t> map_number(const btfc_texture* texture, const std::string& name) {
+  std::string names;
+  for (std::uint32_t m = 0; m < btfc_texture_maps(texture); ++m) {
+    btfc_map_info info{};
+    btfc_texture_map_info(texture, m, &info);
+    if (name == info.name) return m;
+    names += (m == 0 ? "" : ", ") + std::string(info.name);
+  }
+  return bad_argument(fmt::format("there is no map '{}', the file has {}", name, names));
+}
+
+Result<Image> decode_map(const btfc_texture* texture, std::uint32_t map) {
+  btfc_map_info info{};
+  if (btfc_texture_map_info(texture, map, &info) != BTFC_OK) return bad_argument("map number out of range");
+  Image image;
+  image.width = btfc_texture_width(texture);
+  image.height = btfc_texture_height(texture);
+  image.channels = info.channels;
+  image.type = static_cast<SampleType>(info.sample);
+  image.colour_space = colour_space_of(info.colour_space).value_or(ColourSpace::unknown);
+  image.alpha = static_cast<Alpha>(info.alpha);
+  const std::size_t samples = std::size_t{image.width} * image.height * image.channels;
+  const std::size_t sample_bytes = info.sample == BTFC_UNORM8 ? 1 : 2;
+  Bytes codes(samples * sample_bytes);
+  const btfc_result result =
+      btfc_decode_rect(texture, nullptr, map, 0, 0, image.width, image.height, info.sample, codes.data(),
+                       std::size_t{image.width} * image.channels * sample_bytes, codes.size());
+  if (result != BTFC_OK) return Error{Status::out_of_memory, btfc_result_name(result), "", 0};
+  image.codes.resize(samples);
+  for (std::size_t i = 0; i < samples; ++i)
+    image.codes[i] = sample_bytes == 1 ? codes[i] : load_u16(&codes[2 * i]);
+  return image;
+}
+
+}  // namespace btfc

@@ -1,0 +1,25 @@
+// A .btfc file loaded through the public decoder interface, as an engine would.
+#pragma once
+#include <memory>
+#include <string>
+
+#include "btfc/btfc.hpp"
+#include "encoder/image.h"
+#include "format/result.h"
+
+namespace btfc {
+
+using TexturePtr = std::unique_ptr<btfc_texture, TextureFree>;
+
+Result<TexturePtr> load_texture(const std::string& path);
+
+// One map of the texture, whole, in its own sample type.
+Result<Image> decode_map(const btfc_texture* texture, std::uint32_t map);
+
+// The number of the map with that name; an error lists the names.
+Result<std::uint32_t> map_number(const btfc_texture* texture, const std::string& name);
+
+// The error of a failed call of the decoder.
+Error from_api(const btfc_error& error);
+
+}  // namespace btfc

@@ -86,7 +86,7 @@ void decode_rows(const LoadedItem& item, std::uint32_t map, std::uint32_t x, std
   std::memcpy(&p, item.map_params[map].data(), sizeof p);
   const auto* plane = reinterpret_cast<const std::uint8_t*>(words.slot[PATCH_SAMPLE] + p.plane_word);
   const std::uint32_t channels = item.head.maps[map].channels;
-  const std::uint32_t padded = p.texel_bits / (8 * sizeof(Sample));
+  const auto padded = static_cast<std::uint32_t>(p.texel_bits / (8 * sizeof(Sample)));
   const std::uint32_t step = p.patch_size - p.overlap;
   for (std::uint32_t r = 0; r < height; ++r) {
     const std::uint32_t j = std::min((y + r) / step, p.patch_count_y - 1);

@@ -158,9 +158,8 @@ Result<Bytes> read_described(const ByteSource& source, const Directory& director
   return read_chunk(source, *entry);
 }
 
-bool is_known_type(std::uint32_t type, const std::vector<ChunkSpec>& expected) {
-  return std::any_of(expected.begin(), expected.end(),
-                     [&](const ChunkSpec& c) { return c.key.type == type; });
+bool is_known_type(std::uint32_t type, const ModelFormat& model) {
+  return type == kHead || type == kParm || type == kMeta || model.knows_type(type);
 }
 
 std::string key_text(const ChunkKey& k) {
@@ -171,37 +170,27 @@ std::string key_text(const ChunkKey& k) {
 std::optional<Error> demand_fault(const Directory& directory, const ModelFormat& model,
                                   std::vector<ChunkSpec> expected, std::uint64_t head_bytes) {
   expected.insert(expected.begin(), {{kHead, kCritical}, head_bytes});
-  std::size_t next = 0;
   for (std::size_t i = 0; i < directory.entries.size(); ++i) {
     const IndexEntry& e = directory.entries[i];
-    const std::uint64_t at = kHeaderBytes + kIndexEntryBytes * i;
-    if (e.key.type == kMeta &&
-        (e.key.flags != kSafeToCopy || e.key.order() != ChunkKey{kMeta, kSafeToCopy}.order())) {
-      return invalid("D12", at, "META stands with other flags or keys than the spec gives it");
-    }
-    if (!(e.key.flags & kCritical)) continue;
-    if (!is_known_type(e.key.type, expected) && !model.knows_type(e.key.type)) {
-      return unsupported("D11", at,
+    if ((e.key.flags & kCritical) && !is_known_type(e.key.type, model)) {
+      return unsupported("D11", kHeaderBytes + kIndexEntryBytes * i,
                          fmt::format("chunk '{}' is critical and unknown to this reader for model {}",
                                      type_name(e.key.type), model.name));
     }
   }
+  std::size_t next = 0;
   for (std::size_t i = 0; i < directory.entries.size(); ++i) {
     const IndexEntry& e = directory.entries[i];
-    if (!(e.key.flags & kCritical)) {
-      if (is_known_type(e.key.type, expected)) {
-        return invalid("D12", kHeaderBytes + kIndexEntryBytes * i + 4,
-                       fmt::format("chunk '{}' is not flagged critical", type_name(e.key.type)));
-      }
-      continue;
-    }
+    if (!is_known_type(e.key.type, model)) continue;
     const std::uint64_t at = kHeaderBytes + kIndexEntryBytes * i;
-    if (next == expected.size()) return invalid("D12", at, "there is an extra chunk " + key_text(e.key));
+    const ChunkKey meta{kMeta, kSafeToCopy};
+    if (e.key.type == kMeta && e.key.flags == meta.flags && e.key.order() == meta.order()) continue;
+    if (next == expected.size()) return invalid("D12", at, "there is a chunk too many: " + key_text(e.key));
     const ChunkSpec& want = expected[next++];
     if (e.key.order() != want.key.order() || e.key.flags != want.key.flags) {
       return invalid("D12", at,
-                     fmt::format("chunk {} is {} with flags {}, expected {} with flags {}", i,
-                                 key_text(e.key), e.key.flags, key_text(want.key), want.key.flags));
+                     fmt::format("chunk {} is {} with flags {}, expected {} with flags {}", i, key_text(e.key),
+                                 e.key.flags, key_text(want.key), want.key.flags));
     }
     if (e.raw_bytes != want.raw_bytes) {
       return invalid("D12", at + 24,

@@ -26,9 +26,14 @@ case $(cached BTFC_SANITIZE) in ON | 1 | TRUE | YES) flags+=" -fsanitize=address
 static=--static
 if [ -e "$libdir/libbtfc.so" ]; then static=""; fi
 
-cmake -S "$work/consumer" -B "$work/found" -G "$(cached CMAKE_GENERATOR)" -DCMAKE_PREFIX_PATH="$work/usr" \
-  -DCMAKE_C_COMPILER="$cc" -DCMAKE_CXX_COMPILER="$cxx" -DCMAKE_C_FLAGS="$flags" -DCMAKE_CXX_FLAGS="$flags" >"$work/log" 2>&1 &&
-  cmake --build "$work/found" >>"$work/log" 2>&1 || { cat "$work/log"; fail "find_package"; }
+if ! {
+  cmake -S "$work/consumer" -B "$work/found" -G "$(cached CMAKE_GENERATOR)" -DCMAKE_PREFIX_PATH="$work/usr" \
+    -DCMAKE_C_COMPILER="$cc" -DCMAKE_CXX_COMPILER="$cxx" -DCMAKE_C_FLAGS="$flags" -DCMAKE_CXX_FLAGS="$flags" &&
+    cmake --build "$work/found"
+} >"$work/log" 2>&1; then
+  cat "$work/log"
+  fail "find_package"
+fi
 
 export PKG_CONFIG_PATH=$libdir/pkgconfig
 # shellcheck disable=SC2086

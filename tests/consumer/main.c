@@ -1,4 +1,5 @@
-/* A C program that uses an installed btfc through a read callback: prints what a file holds and its top left texel. */
+/* A C program that uses an installed btfc through a read callback: prints what a file holds and its top left
+ * texel. */
 #include <btfc/btfc.h>
 #include <stdio.h>
 #include <stdlib.h>

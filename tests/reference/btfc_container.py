@@ -13,7 +13,7 @@ import zstandard
 MAGIC = bytes.fromhex("AB 42 54 46 43 20 31 BB 0D 0A 1A 0A")
 CRITICAL, PAYLOAD, SAFE_TO_COPY = 1, 2, 4
 MAX_CHUNKS, MAX_RAW, MAX_SIZE, MAX_PAIRS = 1 << 20, 1 << 27, 65536, 1 << 20
-MAX_PARM, MAX_META, MAX_WINDOW = 4096, 1 << 20, 1 << 23
+MAX_HEAD, MAX_PARM, MAX_META, MAX_WINDOW = 544, 4096, 1 << 20, 1 << 23
 
 SAMPLE_TYPES = ("unorm8", "unorm16", "float16")
 SAMPLE_BITS = (8, 16, 16)
@@ -257,12 +257,11 @@ class File:
             first.setdefault(e.type, e)
         head, parm = first.get(b"HEAD"), first.get(b"PARM")
         require(head, "D12", "HEAD is missing")
-        # No map_count of one byte gives a size outside these bounds, so nothing larger needs to be decompressed.
-        require(32 <= head.raw_bytes <= 32 + 32 * 255, "H1", f"HEAD has {head.raw_bytes} bytes")
+        require(head.raw_bytes <= MAX_HEAD, "D12", f"HEAD has {head.raw_bytes} bytes")
         self.head = parse_head(self.raw(head), models)
         model = models[self.head.model]
         if parm:
-            require(parm.raw_bytes <= MAX_PARM, model.PARM_RULE, f"PARM has {parm.raw_bytes} bytes")
+            require(parm.raw_bytes <= MAX_PARM, "D12", f"PARM has {parm.raw_bytes} bytes")
             self.model = model(self.head, self.raw(parm))
         known = {b"HEAD", b"PARM", b"META"} | model.TYPES
         for e in self.entries:

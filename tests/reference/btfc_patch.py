@@ -17,11 +17,11 @@ BLOCK = 1 << 20  # entries checked at once
 
 
 class Model:
-    """What the container asks of a model class: TYPES, PARM_RULE, a constructor that checks the parameters' rules,
+    """What the container asks of a model class: TYPES, a constructor that checks the parameters' rules,
     demands, check_contents, the three sizes, open, decode_texel and decode_texels."""
 
     TYPES = frozenset((b"COOR", b"CUTV", b"CUTH", b"SMPL"))
-    NAME, PARM_RULE = "patch", "PA1"
+    NAME = "patch"
 
     def __init__(self, head, parm):
         self.head = head
@@ -48,6 +48,7 @@ class Model:
         self.cuts_v, self.cuts_h = (self.kx - 1) * self.ky, self.kx * (self.ky - 1)
         for kind, part, raw_bytes in self.demands():
             require(raw_bytes <= MAX_RAW, "PA5", f"{kind.decode()} (part {part}) would have {raw_bytes} bytes")
+        require(4 * sum(map(self._plane_words, head.maps)) <= MAX_RAW, "PA5", "the planes are too large")
 
     # Sections 2 and 3
 
@@ -72,11 +73,12 @@ class Model:
     def formula_bits(self):
         return 8 * sum(raw_bytes for _, _, raw_bytes in self.demands())
 
+    def _plane_words(self, m):
+        return ceil_div(self.m * self.n * m.bits * (1, 2, 4, 4)[m.channels - 1], 32)
+
     def memory_bits(self):
         words = (self._coor_bytes() + self._cut_bytes(self.cuts_v) + self._cut_bytes(self.cuts_h)) // 4
-        for m in self.head.maps:
-            words += ceil_div(self.m * self.n * m.bits * (1, 2, 4, 4)[m.channels - 1], 32)
-        return 32 * words
+        return 32 * (words + sum(map(self._plane_words, self.head.maps)))
 
     def paper_bits(self):
         bits = self.m * self.n * sum(m.channels * m.bits for m in self.head.maps)

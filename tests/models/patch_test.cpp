@@ -1,0 +1,343 @@
+// Model patch: what is decoded is what was synthesised; search, cuts and blends against plain definitions.
+#include "shaders/models/patch.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "encoder/models/patch_cut.h"
+#include "encoder/models/patch_fit.h"
+#include "encoder/models/patch_search.h"
+#include "encoder/models/patch_synthesis.h"
+#include "tests/test_support.h"
+
+namespace btfc::test {
+namespace {
+
+// Encodes with --synthesized and returns the encoder's own picture beside the decoded one.
+void expect_decoded_is_synthesised(const Image& image, OptionValues options, const std::string& what) {
+  options["synthesized"] = "unused.png";
+  const FitResult result = fit("patch", image, options);
+  ASSERT_EQ(result.side_images.size(), 1u) << what;
+  const Bytes file = pack(result, Codec::zstd);
+  const Result<Done> verified = verify_bytes(file);
+  ASSERT_TRUE(verified) << what << ": " << (verified ? "" : verified.error().message);
+  const std::vector<Image> maps = decode(file);
+  ASSERT_EQ(maps.size(), 1u) << what;
+  EXPECT_EQ(maps[0].width, result.side_images[0].image.width) << what;
+  EXPECT_TRUE(maps[0].codes == result.side_images[0].image.codes) << what;
+}
+
+TEST(PatchRoundTrip, BlendsTypesAndShapes) {
+  const std::vector<OptionValues> shapes = {
+      {{"wb", "9"}, {"we", "4"}, {"k", "4x3"}},        // w_E = w_B / 2, rounded down
+      {{"wb", "8"}, {"we", "4"}, {"k", "3x5"}},        // w_E = w_B / 2: every texel is in an overlap
+      {{"wb", "7"}, {"we", "1"}, {"k", "4"}},          // one texel of overlap, no cut bits
+      {{"wb", "11"}, {"we", "5"}, {"size", "53x47"}},  // primes, cropped
+      {{"wb", "2"}, {"we", "1"}, {"k", "6x2"}},        // the smallest patches
+      {{"wb", "10"}, {"we", "3"}, {"k", "1x4"}},       // one column
+      {{"wb", "10"}, {"we", "3"}, {"k", "4x1"}},       // one row
+      {{"wb", "10"}, {"we", "0"}, {"k", "1"}},         // one patch, no overlap
+      {{"wb", "10"}, {"we", "5"}, {"k", "1"}},        {{"wb", "13"}, {"we", "2"}, {"size", "40x30"}},
+  };
+  for (const SampleType type : {SampleType::unorm8, SampleType::unorm16, SampleType::float16}) {
+    for (std::uint32_t channels = 1; channels <= 4; ++channels) {
+      const Image image = noise(13, 19, channels, type, channels);
+      for (OptionValues options : shapes) {
+        const std::string what =
+            std::string(name_of(type)) + " " + std::to_string(channels) + " w_B " + options["wb"];
+        options["blend"] = "liang";
+        expect_decoded_is_synthesised(image, options, what + " liang");
+        options["blend"] = "quilting";
+        options["pack"] = "packed";
+        expect_decoded_is_synthesised(image, options, what + " packed");
+        options["pack"] = "rgba8";
+        expect_decoded_is_synthesised(image, options, what + " rgba8");
+      }
+    }
+  }
+}
+
+TEST(PatchRoundTrip, Materials) {
+  for (const char* kind : {"tiles", "bricks", "pebbles", "grain"}) {
+    for (const SampleType type : {SampleType::unorm8, SampleType::unorm16, SampleType::float16}) {
+      const Image image = material(kind, 64, 64, type);
+      expect_decoded_is_synthesised(image, {{"size", "150x130"}, {"blend", "liang"}}, kind);
+      expect_decoded_is_synthesised(image, {{"size", "150x130"}}, kind);
+    }
+  }
+}
+
+TEST(PatchRoundTrip, WideAndNarrowCoordinates) {
+  for (const std::uint32_t width : {256u, 257u}) {
+    const Image image = noise(width, 12, 1, SampleType::unorm8);
+    const OptionValues options = {{"wb", "12"}, {"we", "4"}, {"k", "5"}};
+    expect_decoded_is_synthesised(image, options, std::to_string(width));
+    const FitResult result = fit("patch", image, options);
+    for (const RawChunk& chunk : result.chunks) {
+      if (type_name(chunk.key.type) == "COOR") {
+        EXPECT_EQ(chunk.raw.size(), width == 256 ? 52u : 100u);
+      }
+    }
+  }
+}
+
+TEST(PatchRoundTrip, SampleOfExactlyOnePatch) {
+  const Image image = noise(12, 12, 3, SampleType::unorm8);
+  expect_decoded_is_synthesised(image, {{"wb", "12"}, {"we", "6"}, {"k", "4"}}, "quilting");
+  const FitResult result = fit("patch", image, {{"wb", "12"}, {"we", "6"}, {"k", "4"}});
+  for (const RawChunk& chunk : result.chunks) {
+    if (type_name(chunk.key.type) == "COOR") {
+      EXPECT_EQ(chunk.raw, Bytes(chunk.raw.size()));
+    }
+  }
+}
+
+TEST(PatchRoundTrip, ConstantSamples) {
+  for (const SampleType type : {SampleType::unorm8, SampleType::unorm16, SampleType::float16}) {
+    for (const std::uint16_t code : {std::uint16_t{0}, std::uint16_t{255}, std::uint16_t{100}}) {
+      const Image image = constant(16, 16, 3, type, code);
+      for (const char* blend : {"liang", "quilting"}) {
+        const std::vector<Image> maps = decode(encode("patch", image, {{"size", "40x40"}, {"blend", blend}}));
+        ASSERT_EQ(maps.size(), 1u);
+        EXPECT_EQ(maps[0].codes, constant(40, 40, 3, type, code).codes) << name_of(type) << code << blend;
+      }
+    }
+  }
+}
+
+TEST(PatchRoundTrip, MinusZeroIsCopiedAndBlendsToPlusZero) {
+  const Image image = constant(8, 8, 1, SampleType::float16, 0x8000);
+  const OptionValues options = {{"wb", "4"}, {"we", "2"}, {"k", "2"}, {"blend", "liang"}};
+  expect_decoded_is_synthesised(image, options, "-0");
+  const std::vector<Image> maps = decode(encode("patch", image, options));
+  EXPECT_EQ(maps[0].at(0, 0, 0), 0x8000);
+  EXPECT_EQ(maps[0].at(2, 0, 0), 0x0000);
+}
+
+TEST(PatchRoundTrip, SeveralMapsShareTheRecipe) {
+  const Image colour = material("bricks", 48, 48), height = noise(48, 48, 1, SampleType::unorm16);
+  const Image light = material("bricks", 48, 48, SampleType::float16);
+  FitSettings settings;
+  settings.options = {{"size", "100x90"}, {"synthesized", "x.png"}};
+  const Result<FitResult> result =
+      fitter(ModelId::patch).fit({{{"albedo", colour}, {"height", height}, {"light", light}}}, settings);
+  ASSERT_TRUE(result);
+  const std::vector<Image> maps = decode(pack(*result));
+  ASSERT_EQ(maps.size(), 3u);
+  for (std::size_t m = 0; m < 3; ++m) {
+    EXPECT_TRUE(maps[m].codes == result->side_images[m].image.codes) << m;
+  }
+  EXPECT_EQ(result->side_images[1].path, "x-height.png");
+}
+
+TEST(PatchRoundTrip, MapsOfDifferentSizesAreRefusedByName) {
+  const FitInput input = {
+      {{"albedo", noise(20, 20, 3, SampleType::unorm8)}, {"height", noise(20, 21, 1, SampleType::unorm8)}}};
+  FitSettings settings;
+  settings.options = {{"k", "2"}};
+  const Result<FitResult> result = fitter(ModelId::patch).fit(input, settings);
+  ASSERT_FALSE(result);
+  EXPECT_NE(result.error().message.find("'height' has 20x21"), std::string::npos) << result.error().message;
+}
+
+TEST(PatchDeterminism, ThreadsAndSeeds) {
+  const Image image = material("pebbles", 64, 64);
+  const OptionValues options = {{"size", "200x200"}};
+  const Bytes one = encode("patch", image, options, Codec::raw, 1);
+  EXPECT_EQ(one, encode("patch", image, options, Codec::raw, 2));
+  EXPECT_EQ(one, encode("patch", image, options, Codec::raw, 8));
+  FitSettings other;
+  other.options = options;
+  other.seed = 2;
+  EXPECT_NE(one, pack(*fitter(ModelId::patch).fit({{{"image", image}}}, other)));
+}
+
+TEST(PatchSearch, FastEqualsPlain) {
+  for (const char* kind : {"tiles", "grain"}) {
+    for (const SampleType type : {SampleType::unorm8, SampleType::unorm16, SampleType::float16}) {
+      for (const double tau : {0.0, 0.05, 0.2, 3.0}) {
+        const Image image = material(kind, 40, 37, type);
+        for (const PatchBlend blend : {PatchBlend::liang, PatchBlend::quilting}) {
+          PatchShape shape{40, 37, 6,     5,
+                           14, 5,  blend, blend == PatchBlend::liang ? CutLayout::none : CutLayout::packed};
+          SynthesisSettings settings;
+          settings.tau = tau;
+          const PatchRecipe fast = synthesize_patches(shape, {&image, 1}, settings, {});
+          settings.plain_search = true;
+          EXPECT_TRUE(fast == synthesize_patches(shape, {&image, 1}, settings, {})) << kind << tau;
+        }
+      }
+    }
+  }
+}
+
+TEST(PatchSearch, LongRowsDoNotOverflow) {
+  // Largest differences over rows longer than one run of 32-bit sums.
+  Image image = constant(700, 4, 4, SampleType::unorm16, 0);
+  for (std::size_t i = 0; i < image.codes.size() / 2; ++i) image.codes[i] = 65535;
+  const MatchImage match = match_image(MatchTables({&image, 1}), {&image, 1});
+  BoundaryZone zone;
+  zone.length = {4, 0, 0, 0};
+  zone.values.assign(16, 4095);
+  EXPECT_EQ(find_candidates(match, 4, zone, 0.1), find_candidates_plain(match, 4, zone, 0.1));
+  zone.length = {696, 696};
+  zone.values.assign(2 * 696 * 4, 0);
+  EXPECT_EQ(find_candidates(match, 4, zone, 0.0), find_candidates_plain(match, 4, zone, 0.0));
+}
+
+// All paths of a small overlap, by recursion.
+std::uint64_t least_error(const std::vector<std::uint64_t>& e, std::uint32_t width, std::uint32_t row,
+                          std::uint32_t c, std::uint32_t count) {
+  std::uint64_t best = UINT64_MAX;
+  if (row + 1 == count) best = 0;
+  for (std::uint32_t next = c == 0 ? 0 : c - 1; row + 1 < count && next <= std::min(c + 1, width - 1);
+       ++next) {
+    best = std::min(best, least_error(e, width, row + 1, next, count));
+  }
+  return e[row * width + c] + best;
+}
+
+TEST(PatchCut, MatchesAllPaths) {
+  const Image values = noise(64, 64, 1, SampleType::unorm8);
+  for (std::uint32_t width = 1; width <= 5; ++width) {
+    for (std::uint32_t count = 1; count <= 8; ++count) {
+      std::vector<std::uint64_t> error(std::size_t{width} * count);
+      for (std::size_t i = 0; i < error.size(); ++i) error[i] = values.codes[i * 7 + width * 100 + count];
+      const auto cut = minimum_error_cut(error, width, count);
+      std::uint64_t sum = 0, best = UINT64_MAX;
+      for (std::uint32_t r = 0; r < count; ++r) {
+        ASSERT_LT(cut[r], width);
+        if (r > 0) {
+          EXPECT_LE(std::abs(cut[r] - cut[r - 1]), 1);
+        }
+        sum += error[r * width + cut[r]];
+      }
+      for (std::uint32_t c = 0; c < width; ++c) best = std::min(best, least_error(error, width, 0, c, count));
+      EXPECT_EQ(sum, best);
+    }
+  }
+}
+
+TEST(PatchLerp, IntegersRoundToNearestAndStayBetween) {
+  for (std::uint32_t w = 0; w <= 256; ++w) {
+    for (const auto& [a, b] : {std::pair(0u, 255u), std::pair(255u, 0u), std::pair(7u, 7u),
+                               std::pair(65535u, 0u), std::pair(65535u, 65535u), std::pair(1u, 2u)}) {
+      const std::uint32_t got = patch_lerp_code(BTFC_CODE_UNORM16, a, b, w);
+      const double exact = (a * (256.0 - w) + b * static_cast<double>(w)) / 256;
+      EXPECT_LE(std::fabs(got - exact), 0.5);
+    }
+  }
+}
+
+TEST(PatchLerp, HalvesAreTheRoundedExactValue) {
+  const Image values = noise(2000, 1, 2, SampleType::float16);
+  for (std::size_t i = 0; i + 1 < values.codes.size(); i += 2) {
+    const std::uint32_t a = values.codes[i], b = values.codes[i + 1], w = static_cast<std::uint32_t>(i % 257);
+    const std::uint32_t got = patch_lerp_code(BTFC_CODE_FLOAT16, a, b, w);
+    const double va = btfc_half_to_float(a), vb = btfc_half_to_float(b);
+    const double exact = (va * (256.0 - w) + vb * w) / 256, value = btfc_half_to_float(got);
+    ASSERT_TRUE(std::isfinite(value));
+    // Half an ulp of the half, and what one binary32 rounding may add.
+    const double ulp =
+        std::max(std::ldexp(1.0, std::ilogb(std::fmax(std::fabs(exact), 1e-30)) - 10), std::ldexp(1.0, -24));
+    EXPECT_LE(std::fabs(value - exact), ulp * 0.5001) << va << ' ' << vb << ' ' << w;
+    EXPECT_GE(value, std::fmin(va, vb));
+    EXPECT_LE(value, std::fmax(va, vb));
+    EXPECT_NE(got, 0x8000u);
+  }
+}
+
+TEST(PatchWeights, RiseFromLeftToRight) {
+  for (std::uint32_t overlap = 1; overlap <= 600; ++overlap) {
+    std::uint32_t before = 0;
+    for (std::uint32_t a = 0; a < overlap; ++a) {
+      const std::uint32_t w = patch_weight(a, overlap);
+      EXPECT_GE(w, before);
+      EXPECT_LE(w, 256u);
+      // The two sides mirror each other, up to the rounding of ties.
+      EXPECT_LE(std::abs(static_cast<int>(w + patch_weight(overlap - 1 - a, overlap)) - 256), 1);
+      before = w;
+    }
+  }
+  EXPECT_EQ(patch_weight(32767, 32768), 256u);
+}
+
+TEST(Half, AllCodesAndTheirNeighbours) {
+  for (std::uint32_t code = 0; code < 65536; ++code) {
+    if ((code & 0x7c00) == 0x7c00) continue;
+    const float value = btfc_half_to_float(code);
+    ASSERT_EQ(btfc_float_to_half(value), code);
+    const double exact = std::ldexp((code & 0x7c00) ? 1024 + (code & 0x3ff) : code & 0x3ff,
+                                    static_cast<int>(std::max(code >> 10 & 31, 1u)) - 25);
+    ASSERT_EQ(value, (code & 0x8000) ? -exact : exact);
+    // The midpoint to the next code goes to the even one, a hair beside it to the nearer one.
+    if ((code & 0x7fff) == 0x7bff) continue;
+    const float next = btfc_half_to_float(code + 1), middle = value + (next - value) / 2;
+    ASSERT_EQ(btfc_float_to_half(middle), code + (code & 1));
+    ASSERT_EQ(btfc_float_to_half(std::nextafter(middle, next)), code + 1);
+    ASSERT_EQ(btfc_float_to_half(std::nextafter(middle, value)), code);
+  }
+  EXPECT_EQ(btfc_float_to_half(65519.99f), 0x7bffu);
+  EXPECT_EQ(btfc_float_to_half(65520.0f), 0x7c00u);
+  EXPECT_EQ(btfc_float_to_half(-std::numeric_limits<float>::infinity()), 0xfc00u);
+}
+
+struct Refusal {
+  const char* name;
+  std::uint32_t width, height;
+  OptionValues options;
+  const char* words;  // what the sentence must say
+};
+
+TEST(PatchRefusals, SayWhatIsPossible) {
+  const std::vector<Refusal> all = {
+      {"no size", 8, 8, {}, "--size nor --k"},
+      {"one texel", 1, 1, {{"k", "2"}}, "at least 2x2"},
+      {"one row", 8, 1, {{"k", "2"}}, "at least 2x2"},
+      {"patch larger than the sample", 2, 2, {{"k", "2"}, {"wb", "3"}}, "allows 2 to 2"},
+      {"patch larger than one side", 20, 9, {{"k", "2"}, {"wb", "10"}}, "allows 2 to 9"},
+      {"overlap above half", 20, 20, {{"k", "2"}, {"wb", "9"}, {"we", "5"}}, "allows 1 to 4"},
+      {"no overlap", 20, 20, {{"k", "2"}, {"wb", "9"}, {"we", "0"}}, "expected 1 to 4"},
+      {"too few patches", 20, 20, {{"k", "2"}, {"wb", "9"}, {"we", "3"}, {"size", "16x16"}}, "make 15x15"},
+      {"too many patches", 20, 20, {{"k", "9"}, {"wb", "9"}, {"we", "3"}, {"size", "16x16"}}, "do not fit"},
+      {"texture too large", 20, 20, {{"k", "65536"}, {"wb", "9"}, {"we", "3"}}, "at most 65536 a side"},
+      {"window outside", 20, 20, {{"k", "2"}, {"sample", "10,10,11,10"}}, "inside the input of 20x20"},
+      {"window malformed", 20, 20, {{"k", "2"}, {"sample", "10,10,4"}}, "X,Y,W,H"},
+      {"window overflows", 20, 20, {{"k", "2"}, {"sample", "4294967290,0,10,10"}}, "inside the input"},
+      {"pack with liang",
+       20,
+       20,
+       {{"k", "2"}, {"blend", "liang"}, {"pack", "packed"}},
+       "liang stores no cuts"},
+      {"rgba8 with a wide overlap",
+       600,
+       600,
+       {{"k", "2"}, {"wb", "600"}, {"we", "257"}, {"pack", "rgba8"}},
+       "at most 256"},
+      {"tau", 20, 20, {{"k", "2"}, {"tau", "-1"}}, "from 0 to 10"},
+      {"tau is no number", 20, 20, {{"k", "2"}, {"tau", "nan"}}, "from 0 to 10"},
+      {"blend", 20, 20, {{"k", "2"}, {"blend", "poisson"}}, "liang or quilting"},
+  };
+  for (const Refusal& one : all) {
+    FitSettings settings;
+    settings.options = one.options;
+    const Result<FitResult> result =
+        fitter(ModelId::patch)
+            .fit({{{"image", noise(one.width, one.height, 1, SampleType::unorm8)}}}, settings);
+    ASSERT_FALSE(result) << one.name;
+    EXPECT_EQ(result.error().status, Status::bad_argument) << one.name;
+    EXPECT_NE(result.error().message.find(one.words), std::string::npos)
+        << one.name << ": " << result.error().message;
+  }
+}
+
+TEST(PatchRefusals, TwoByTwoSampleIsEnough) {
+  const Image image = noise(2, 2, 1, SampleType::unorm8);
+  expect_decoded_is_synthesised(image, {{"k", "3"}}, "2x2");
+  expect_decoded_is_synthesised(image, {{"k", "3"}, {"blend", "liang"}}, "2x2");
+}
+
+}  // namespace
+}  // namespace btfc::test

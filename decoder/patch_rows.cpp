@@ -52,12 +52,13 @@ template <class Sample>
 void decode_row(const Row<Sample>& row, std::uint32_t x, std::uint32_t end) {
   const PatchParams& p = row.p;
   const std::uint32_t step = p.patch_size - p.overlap;
-  const bool in_above = row.j > 0 && row.v < p.overlap;
+  const bool in_above = (row.j > 0 || p.wraps == 1) && row.v < p.overlap;
   while (x < end) {
     const std::uint32_t i = std::min(x / step, p.patch_count_x - 1);
     const std::uint32_t left = i * step;
     const std::uint32_t stop = std::min(end, i + 1 == p.patch_count_x ? end : left + step);
-    const std::uint32_t overlap_end = std::min(stop, i == 0 ? left : left + p.overlap);
+    const bool has_left = i > 0 || p.wraps == 1;
+    const std::uint32_t overlap_end = std::min(stop, has_left ? left + p.overlap : left);
     if (in_above) {
       for (; x < stop; ++x) row.texel(x);
       continue;
@@ -66,7 +67,7 @@ void decode_row(const Row<Sample>& row, std::uint32_t x, std::uint32_t end) {
       if (p.blend == PATCH_QUILTING) {
         const std::uint32_t cut =
             std::clamp(left + patch_cut_v(row.words, p, i, row.j, row.v), x, overlap_end);
-        row.run(x, cut, i - 1, left - step);
+        row.run(x, cut, i > 0 ? i - 1 : p.patch_count_x - 1, left - step);
         row.run(cut, overlap_end, i, left);
         x = overlap_end;
       } else {

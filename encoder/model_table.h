@@ -42,6 +42,7 @@ struct FitResult {
   std::vector<RawChunk> chunks;  // HEAD and the payload
   Meta meta;                     // how it was made
   std::vector<SideImage> side_images;
+  std::vector<Parameter> report;  // what the fit found out, for the user
 };
 
 struct Fitter {

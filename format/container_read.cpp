@@ -189,8 +189,8 @@ std::optional<Error> demand_fault(const Directory& directory, const ModelFormat&
     const ChunkSpec& want = expected[next++];
     if (e.key.order() != want.key.order() || e.key.flags != want.key.flags) {
       return invalid("D12", at,
-                     fmt::format("chunk {} is {} with flags {}, expected {} with flags {}", i, key_text(e.key),
-                                 e.key.flags, key_text(want.key), want.key.flags));
+                     fmt::format("chunk {} is {} with flags {}, expected {} with flags {}", i,
+                                 key_text(e.key), e.key.flags, key_text(want.key), want.key.flags));
     }
     if (e.raw_bytes != want.raw_bytes) {
       return invalid("D12", at + 24,

@@ -31,6 +31,7 @@ struct Layout {
   std::vector<ChunkSpec> payload;  // PARM included, in canonical order
   std::uint64_t formula_bits = 0;  // the spec page's closed formula, not a sum over payload
   std::uint64_t memory_bits = 0;
+  std::vector<std::uint64_t> map_bits;  // of formula_bits, what each map of the head takes for itself
   std::optional<PaperCount> paper;
   std::vector<Parameter> parameters;
 };

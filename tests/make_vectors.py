@@ -226,6 +226,15 @@ def recipes(btfc, folder):
         "overlap_half_liang": [synth("tiles", "18x18"), "--k", "1x6", "--wb", "8", "--we", "4", *liang],
         "two_maps": ["--map", "albedo=" + synth("bricks", "21x19"), "--map", "height=" + image(folder, 1, 16, 21, 19),
                      "--size", "64x33", "--wb", "10", "--we", "3", *packed],
+        "tileable_liang": [synth("grain", "22x22"), "--k", "3x2", "--wb", "10", "--we", "4", "--tileable", *liang],
+        "tileable_packed": [synth("weave", "22x22"), "--k", "4", "--wb", "9", "--we", "3", "--tileable", *packed, *raw],
+        "tileable_one": [grey8(folder, 14, 14), "--k", "1", "--wb", "12", "--we", "5", "--tileable", *bytewise, *raw],
+        "tileable_two": [grey8(folder, 14, 14), "--k", "2", "--wb", "8", "--we", "4", "--tileable", *packed],
+        "trimmed_packed": [synth("pebbles", "33x30"), "--k", "3", "--wb", "9", "--we", "3", "--trim-sample", *packed],
+        "trimmed_liang_float16": [synth("bricks", "33x30", "float16"), "--k", "2", "--wb", "9", "--we", "3",
+                                  "--trim-sample", *liang, *raw],
+        "trimmed_tileable_maps": ["--map", "a=" + synth("tiles", "30x30"), "--map", "b=" + image(folder, 1, 16, 30, 30),
+                                  "--k", "2x3", "--wb", "10", "--we", "3", "--trim-sample", "--tileable", *packed],
     }
 
 

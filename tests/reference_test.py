@@ -3,13 +3,14 @@
 
 reference_test.py --btfc PATH [--source DIR] [--dump PATH] [unittest arguments]
 
---dump names the program `btfc_dump IN.btfc MAP OUT.raw` (MAP counts from 0), which writes a map's codes through the C
+--dump names the program `btfc_dump IN.btfc MAP OUT.raw`, which writes the codes of a map through the C
 interface; without it codes come from the PNGs that the command decodes to, which hold unorm8 and unorm16 unchanged.
 """
 
 import argparse
 import io
 import json
+import os
 import random
 import struct
 import subprocess
@@ -74,7 +75,7 @@ class ReferenceTest(unittest.TestCase):
         """The codes of a map as the command decodes them, or None where no way is at hand."""
         if DUMP:
             out = self.folder / "codes.raw"
-            subprocess.run([DUMP, path, str(number), out], check=True)
+            subprocess.run([DUMP, path, name, out], check=True)
             return out.read_bytes()
         if sample_type == "float16":
             return None
@@ -268,7 +269,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--btfc", required=True)
     parser.add_argument("--source", type=Path, default=files.ROOT)
-    parser.add_argument("--dump")
+    parser.add_argument("--dump", type=os.path.abspath)
     args, rest = parser.parse_known_args()
     BTFC, SOURCE, DUMP = str(Path(args.btfc).resolve()), args.source.resolve(), args.dump
     if not MISSING:

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "format/chunk_codec.h"
+#include "format/models/patch_payload.h"
 #include "tests/test_support.h"
 
 namespace btfc::test {
@@ -98,6 +99,20 @@ struct Case {
 
 std::vector<Case> cases() {
   const auto liang = [] { return sound_file({{"wb", "8"}, {"we", "3"}, {"k", "3"}, {"blend", "liang"}}); };
+  // One patch at (5, 2) of a 13x10 sample of 4x3 blocks: nine blocks are shown, the last one among them.
+  const auto trimmed = [] {
+    PatchShape shape{13, 10, 1, 1, 8, 0, PatchBlend::liang, CutLayout::none, false, 9};
+    PatchRecipe recipe;
+    recipe.positions = {{5, 2}};
+    for (int b = 0; b < 12; ++b) recipe.blocks.push_back(b % 4 != 0);
+    Head head;
+    head.width = head.height = 8;
+    head.maps = {Map{}};
+    const SampleCodes codes = noise(13, 10, 3, SampleType::unorm8).codes;
+    FitResult result;
+    result.chunks = patch_write(head, shape, recipe, {&codes, 1});
+    return pack(result);
+  };
   const auto rgba8 = [] { return sound_file({{"wb", "7"}, {"we", "3"}, {"k", "3"}, {"pack", "rgba8"}}); };
   std::vector<Case> all = {
       {"empty", "F1", [] { return Bytes(); }},
@@ -300,6 +315,23 @@ std::vector<Case> cases() {
       {"META repeated", "M1", [] { return with_byte("META", 0, 'b'); }},
       {"META control character", "M1", [] { return with_byte("META", 2, 9); }},
       {"META no UTF-8", "M1", [] { return with_byte("META", 2, 0xff); }},
+      {"stored_blocks too many", "PA9", [] { return with_field("PARM", 28, 9); }},
+      {"TRIM bits", "PA9",
+       [trimmed] {
+         return with_chunk(
+             "TRIM", [](Bytes& raw) { raw[0] = static_cast<std::uint8_t>(raw[0] & (raw[0] - 1)); },
+             trimmed());
+       }},
+      {"TRIM padding", "PA9",
+       [trimmed] {
+         return with_chunk(
+             "TRIM", [](Bytes& raw) { raw[3] |= 0x80; }, trimmed());
+       }},
+      {"code outside the sample", "PA9",
+       [trimmed] {
+         return with_chunk(
+             "SMPL", [](Bytes& raw) { raw.back() = 1; }, trimmed());
+       }},
       {"PARM size", "PA1", [] { return with_chunk("PARM", [](Bytes& raw) { raw.pop_back(); }); }},
       {"sample of one texel", "PA1", [] { return with_field("PARM", 0, 1); }},
       {"sample too wide", "PA1", [] { return with_field("PARM", 0, 65537); }},
@@ -319,7 +351,7 @@ std::vector<Case> cases() {
       {"patch column outside", "PA3", [] { return with_field("HEAD", 4, 10); }},
       {"patch row outside", "PA3", [] { return with_field("HEAD", 8, 10); }},
       {"two views", "PA4", [] { return with_field("HEAD", 12, 2); }},
-      {"wrapping", "PA4", [] { return with_byte("HEAD", 26, 1); }},
+      {"wrapping one way", "PA4", [] { return with_byte("HEAD", 27, 1); }},
       {"unbounded texture", "PA4", [] { return with_byte("HEAD", 28, 1); }},
       {"chunk above 2^27", "PA5",
        [] {

@@ -47,16 +47,16 @@ TEST(PaperSizes, NumericalExamples) {
   EXPECT_EQ(liang.layout.paper->bits, 100304u);
   EXPECT_EQ(liang.head.width, 256u);
   EXPECT_EQ(liang.head.height, 256u);
-  EXPECT_EQ(liang.layout.formula_bits, 100480u);  // the spec page's worked example
+  EXPECT_EQ(liang.layout.formula_bits, 100512u);  // the spec page's worked example
   const Sizes quilting = paper_case("quilting", "64x64", 11, 36, 14);
   EXPECT_EQ(quilting.layout.paper->bits, 131984u);
-  EXPECT_EQ(quilting.layout.formula_bits, 132160u);
+  EXPECT_EQ(quilting.layout.formula_bits, 132192u);
   const Sizes large = paper_case("quilting", "64x64", 20, 36, 14);
   EXPECT_EQ(large.layout.paper->bits, 214208u);  // printed 214224, spec/errata.md
   EXPECT_EQ(large.head.width, 454u);
   const Sizes rgba8 =
       sizes({{"pack", "rgba8"}, {"sample", "64x64"}, {"k", "11"}, {"wb", "36"}, {"we", "14"}});
-  EXPECT_EQ(rgba8.layout.formula_bits, 163840u);
+  EXPECT_EQ(rgba8.layout.formula_bits, 163872u);
 }
 
 // Table II, as printed. The parameters, which the paper does not give, follow from the printed digits.
@@ -101,17 +101,21 @@ RC_GTEST_PROP(Sizes, FormulaEqualsPayloadAndFileEqualsFmax, ()) {
   s.size = *rc::gen::inRange(2u, std::min(s.sample_width, s.sample_height) + 1);
   s.count_x = *rc::gen::inRange(1u, 9u);
   s.count_y = *rc::gen::inRange(1u, 9u);
-  const bool single = s.patches() == 1;
+  s.wraps = *rc::gen::inRange(0, 3) == 0;
+  const bool single = s.patches() == 1 && !s.wraps;
   s.overlap = *rc::gen::inRange(single ? 0u : 1u, s.size / 2 + 1);
   const int kind = *rc::gen::inRange(0, 3);
   s.blend = kind == 0 ? PatchBlend::liang : PatchBlend::quilting;
   s.cuts = static_cast<CutLayout>(kind);
 
   Head head;
-  head.width =
-      *rc::gen::inRange((s.count_x - 1) * s.step() + 1, static_cast<std::uint32_t>(s.full_width()) + 1);
-  head.height =
-      *rc::gen::inRange((s.count_y - 1) * s.step() + 1, static_cast<std::uint32_t>(s.full_height()) + 1);
+  const auto side = [&](std::uint64_t full, std::uint32_t count) {
+    const auto most = static_cast<std::uint32_t>(full);
+    return s.wraps ? most : *rc::gen::inRange((count - 1) * s.step() + 1, most + 1);
+  };
+  head.width = side(s.full_width(), s.count_x);
+  head.height = side(s.full_height(), s.count_y);
+  head.wrap_u = head.wrap_v = s.wraps ? Wrap::repeat : Wrap::clamp;
   std::vector<SampleCodes> samples;
   const std::uint32_t maps = *rc::gen::inRange(1u, 4u);
   for (std::uint32_t m = 0; m < maps; ++m) {
@@ -135,6 +139,14 @@ RC_GTEST_PROP(Sizes, FormulaEqualsPayloadAndFileEqualsFmax, ()) {
   };
   recipe.cuts_v = entries(s.cuts_v());
   recipe.cuts_h = entries(s.cuts_h());
+  if (*rc::gen::inRange(0, 3) == 0) {
+    for (std::uint32_t b = 0; b < s.blocks_x() * s.blocks_y(); ++b)
+      recipe.blocks.push_back(*rc::gen::inRange(0, 4) != 0);
+    s.stored_blocks =
+        static_cast<std::uint32_t>(std::count(recipe.blocks.begin(), recipe.blocks.end(), true));
+    if (s.stored_blocks == recipe.blocks.size()) s.stored_blocks = 0;
+    if (s.stored_blocks == 0) recipe.blocks.clear();
+  }
 
   RC_ASSERT(static_cast<bool>(check_patch_shape(s, head)));
   PackOptions options;

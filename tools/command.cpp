@@ -3,6 +3,8 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -67,6 +69,63 @@ std::function<void(std::size_t, std::size_t)> progress_line(const std::string& w
     fmt::print(stderr, "\r{} {:3}%{}", what, total == 0 ? 100 : 100 * done / total,
                done == total ? "\r\033[K" : "");
   };
+}
+
+void add_model_options(CLI::App& verb, const ModelFormat& model, std::span<const OptionSpec> options,
+                       OptionValues& values) {
+  for (const OptionSpec& option : options) {
+    const std::string name = option.name, flag = "--" + name;
+    if (verb.get_option_no_throw(flag) != nullptr) continue;
+    CLI::Option* added = nullptr;
+    if (option.metavar == nullptr) {
+      added = verb.add_flag_callback(
+          flag, [&values, name] { values[name] = ""; }, option.help);
+    } else {
+      const auto take = [&values, name](const std::string& text) { values[name] = text; };
+      added = verb.add_option_function<std::string>(flag, take, option.help)->type_name(option.metavar);
+    }
+    added->group(fmt::format("Options of models: {}", model.name));
+  }
+}
+
+Result<Done> check_model_options(const ModelFormat& model, std::span<const OptionSpec> options,
+                                 const OptionValues& values) {
+  for (const auto& [name, value] : values) {
+    const auto is_it = [&name = name](const OptionSpec& o) { return name == o.name; };
+    if (std::any_of(options.begin(), options.end(), is_it)) continue;
+    return bad_argument(fmt::format("--{} is no option of model '{}'", name, model.name));
+  }
+  return Done{};
+}
+
+void add_pack_options(CLI::App& verb, std::string& codec, std::optional<int>& level) {
+  verb.add_option("--codec", codec, "raw or zstd (default zstd, where it is smaller)")
+      ->check(CLI::IsMember({"raw", "zstd"}))
+      ->type_name("CODEC");
+  verb.add_option("--level", level, "zstd level, 1 to 22 (default 19)")
+      ->check(CLI::Range(1, 22))
+      ->type_name("N");
+}
+
+Result<PackOptions> pack_options(const std::string& codec, std::optional<int> level) {
+  PackOptions options;
+  options.codec = codec == "raw" ? Codec::raw : Codec::zstd;
+  if (level && options.codec == Codec::raw)
+    return bad_argument("--level is for --codec zstd, raw does not compress");
+  options.zstd_level = level.value_or(options.zstd_level);
+  return options;
+}
+
+std::optional<std::uint64_t> parse_u64(const std::string& text) {
+  std::uint64_t value = 0;
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (fault != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+Error placed(const std::string& path, Error error) {
+  error.message = fmt::format("'{}': {}", path, error.message);
+  return error;
 }
 
 }  // namespace btfc

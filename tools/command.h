@@ -5,10 +5,13 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "format/bytes.h"
+#include "format/container.h"
 #include "format/result.h"
 
 namespace btfc {
@@ -47,6 +50,24 @@ class Report {
 
 // A progress line on standard error, on a terminal only.
 std::function<void(std::size_t done, std::size_t total)> progress_line(const std::string& what);
+
+// Registers a model's options with a verb; what is given lands in values. An option that several models share
+// is registered once.
+void add_model_options(CLI::App& verb, const ModelFormat& model, std::span<const OptionSpec> options,
+                       OptionValues& values);
+
+// Refuses an option that another model has and this one has not.
+Result<Done> check_model_options(const ModelFormat& model, std::span<const OptionSpec> options,
+                                 const OptionValues& values);
+
+// --codec and --level, and what they mean together.
+void add_pack_options(CLI::App& verb, std::string& codec, std::optional<int>& level);
+Result<PackOptions> pack_options(const std::string& codec, std::optional<int> level);
+
+std::optional<std::uint64_t> parse_u64(const std::string& text);
+
+// The error, with the file that it is about.
+Error placed(const std::string& path, Error error);
 
 // A verb: adds its sub-command and, once parsed, runs.
 struct Verb {

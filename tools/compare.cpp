@@ -18,11 +18,14 @@ struct CompareArguments {
 
 struct SynthArguments {
   std::string kind, output, size = "512x512", type = "unorm8";
-  std::uint64_t seed = 1;
+  std::string seed = "1";
+  Report report;
 };
 
+bool is_btfc(const std::string& path) { return path.size() >= 5 && path.substr(path.size() - 5) == ".btfc"; }
+
 Result<Image> read_side(const std::string& path, const std::string& map) {
-  if (path.size() < 5 || path.substr(path.size() - 5) != ".btfc") return read_image(path);
+  if (!is_btfc(path)) return read_image(path);
   const Result<TexturePtr> texture = load_texture(path);
   if (!texture) return texture.error();
   std::uint32_t number = 0;
@@ -41,6 +44,9 @@ Json number(double v) { return std::isfinite(v) ? Json(v) : Json(); }
 
 int compare(const CompareArguments& arguments) {
   const auto stop = [](const Error& e) { return fail("compare", e); };
+  if (!arguments.map.empty() && !is_btfc(arguments.a) && !is_btfc(arguments.b)) {
+    return stop(bad_argument("--map is for .btfc files, neither A nor B is one"));
+  }
   const Result<Image> a = read_side(arguments.a, arguments.map);
   if (!a) return stop(a.error());
   const Result<Image> b = read_side(arguments.b, arguments.map);
@@ -67,16 +73,25 @@ int synth(const SynthArguments& arguments) {
       (*size)[1] > 65536) {
     return stop(bad_argument(fmt::format("--size is '{}', expected WxH with 1 to 65536", arguments.size)));
   }
+  const auto seed = parse_u64(arguments.seed);
+  if (!seed)
+    return stop(
+        bad_argument(fmt::format("--seed is '{}', expected a whole number below 2^64", arguments.seed)));
   TextureOptions options;
   options.width = (*size)[0];
   options.height = (*size)[1];
-  options.seed = arguments.seed;
+  options.seed = *seed;
   options.type = arguments.type == "unorm8"    ? SampleType::unorm8
                  : arguments.type == "unorm16" ? SampleType::unorm16
                                                : SampleType::float16;
   const Result<Image> image = synthesize_texture(arguments.kind, options);
   if (!image) return stop(image.error());
   if (const auto wrote = write_image(arguments.output, *image); !wrote) return stop(wrote.error());
+  const Json json = {{"output", arguments.output},
+                     {"kind", arguments.kind},
+                     {"width", options.width},
+                     {"height", options.height}};
+  if (const auto wrote = arguments.report.write("", json); !wrote) return stop(wrote.error());
   return kExitOk;
 }
 
@@ -107,6 +122,7 @@ Verb add_synth(CLI::App& app) {
   verb->add_option("--type", a->type, "unorm8, unorm16 or float16 (default unorm8)")
       ->check(CLI::IsMember({"unorm8", "unorm16", "float16"}))
       ->type_name("TYPE");
+  a->report.attach(*verb);
   return {verb, [a] { return synth(*a); }};
 }
 

@@ -9,25 +9,31 @@ namespace {
 
 struct CopyArguments {
   std::string input, output, codec = "zstd";
-  int level = 19;
-  std::uint32_t align = 1u << kMinAlignLog2;
+  std::optional<int> level;
+  std::string align = "16";
   Report report;
 };
 
 int copy(const CopyArguments& a) {
   const auto stop = [](const Error& e) { return fail("copy", e); };
+  Result<PackOptions> pack = pack_options(a.codec, a.level);
+  if (!pack) return stop(pack.error());
+  const auto align = parse_u64(a.align);
+  if (!align || *align < 16 || *align > 65536 || (*align & (*align - 1)) != 0) {
+    return stop(
+        bad_argument(fmt::format("--align is '{}', expected a power of two from 16 to 65536", a.align)));
+  }
+  while ((std::uint64_t{1} << pack->align_log2) < *align) ++pack->align_log2;
   const Result<FileSource> file = FileSource::open(a.input);
   if (!file) return stop(file.error());
-  if (const Result<Done> valid = verify_file(file->source()); !valid) return stop(valid.error());
+  if (const Result<Done> valid = verify_file(file->source()); !valid)
+    return stop(placed(a.input, valid.error()));
   const Result<Directory> directory = read_directory(file->source());
   if (!directory) return stop(directory.error());
   Result<std::vector<RawChunk>> chunks = read_all_chunks(file->source(), *directory);
   if (!chunks) return stop(chunks.error());
-  PackOptions pack;
-  pack.codec = a.codec == "raw" ? Codec::raw : Codec::zstd;
-  pack.zstd_level = a.level;
-  while ((1u << pack.align_log2) < a.align) ++pack.align_log2;
-  const Result<Bytes> packed = pack_file(*std::move(chunks), pack);
+
+  const Result<Bytes> packed = pack_file(*std::move(chunks), *pack);
   if (!packed) return stop(packed.error());
   if (const auto wrote = write_file(a.output, *packed); !wrote) return stop(wrote.error());
   const std::string text =
@@ -63,17 +69,8 @@ Verb add_copy(CLI::App& app) {
       app.add_subcommand("copy", "same chunks, other packing; unknown ancillary chunks are kept");
   verb->add_option("IN.btfc", a->input, "the file")->required();
   verb->add_option("-o,--output", a->output, "the file to write")->required()->type_name("OUT.btfc");
-  verb->add_option("--codec", a->codec, "raw or zstd (default zstd, where it is smaller)")
-      ->check(CLI::IsMember({"raw", "zstd"}))
-      ->type_name("CODEC");
-  verb->add_option("--level", a->level, "zstd level, 1 to 22 (default 19)")
-      ->check(CLI::Range(1, 22))
-      ->type_name("N");
+  add_pack_options(*verb, a->codec, a->level);
   verb->add_option("--align", a->align, "alignment of chunks in bytes, a power of two (default 16)")
-      ->check(CLI::Range(16, 65536))
-      ->check([](const std::string& text) {
-        return (std::stoul(text) & (std::stoul(text) - 1)) != 0 ? "expected a power of two" : "";
-      })
       ->type_name("N");
   a->report.attach(*verb);
   return {verb, [a] { return copy(*a); }};

@@ -10,6 +10,7 @@ namespace {
 
 struct Arguments {
   std::string input, output, map, region;
+  Report report;
 };
 
 struct Region {
@@ -72,13 +73,16 @@ int run(const Arguments& a) {
     first = *number;
     end = first + 1;
   }
+  Json files = Json::array();
   for (std::uint32_t m = first; m < end; ++m) {
     btfc_map_info info{};
     btfc_texture_map_info(texture->get(), m, &info);
-    const auto wrote =
-        write_map(texture->get(), m, *region, output_path(a.output, info.name, end - first > 1));
-    if (!wrote) return stop(wrote.error());
+    const std::string path = output_path(a.output, info.name, end - first > 1);
+    if (const auto wrote = write_map(texture->get(), m, *region, path); !wrote) return stop(wrote.error());
+    files.push_back(
+        {{"map", info.name}, {"output", path}, {"width", region->width}, {"height", region->height}});
   }
+  if (const auto wrote = a.report.write("", {{"files", files}}); !wrote) return stop(wrote.error());
   return kExitOk;
 }
 
@@ -93,6 +97,7 @@ Verb add_decode(CLI::App& app) {
       ->type_name("OUT.png|.exr");
   verb->add_option("--map", a->map, "only this map")->type_name("NAME");
   verb->add_option("--region", a->region, "only these texels")->type_name("X,Y,W,H");
+  a->report.attach(*verb);
   return {verb, [a] { return run(*a); }};
 }
 

@@ -13,8 +13,8 @@ namespace {
 struct Arguments {
   std::vector<std::string> inputs, maps;
   std::string output, model, codec = "zstd", colour_space;
-  int level = 19;
-  std::uint64_t seed = 1;
+  std::optional<int> level;
+  std::string seed = "1";
   unsigned threads = 0;
   OptionValues model_options;
   Report report;
@@ -66,18 +66,19 @@ int run(Arguments& a) {
   if (model == nullptr)
     return stop(bad_argument(fmt::format("there is no model '{}', see 'btfc models'", a.model)));
   const Fitter& fit = fitter(model->id);
-  for (const auto& [name, value] : a.model_options) {
-    const auto is_it = [&](const OptionSpec& o) { return name == o.name; };
-    if (!std::any_of(fit.options.begin(), fit.options.end(), is_it)) {
-      return stop(bad_argument(fmt::format("--{} is no option of model '{}'", name, a.model)));
-    }
-  }
+  if (const auto known = check_model_options(*model, fit.options, a.model_options); !known)
+    return stop(known.error());
+  const auto seed = parse_u64(a.seed);
+  if (!seed)
+    return stop(bad_argument(fmt::format("--seed is '{}', expected a whole number below 2^64", a.seed)));
+  const Result<PackOptions> pack = pack_options(a.codec, a.level);
+  if (!pack) return stop(pack.error());
   const auto begin = std::chrono::steady_clock::now();
   const Result<FitInput> input = read_inputs(a);
   if (!input) return stop(input.error());
   FitSettings settings;
   settings.options = a.model_options;
-  settings.seed = a.seed;
+  settings.seed = *seed;
   settings.threads = a.threads;
   settings.progress = progress_line("encoding");
   Result<FitResult> fitted = fit.fit(*input, settings);
@@ -85,10 +86,8 @@ int run(Arguments& a) {
 
   fitted->meta["btfc:writer"] = "btfc 0.1.0";
   fitted->chunks.push_back({{kMeta, kSafeToCopy}, write_meta(fitted->meta)});
-  PackOptions pack;
-  pack.codec = a.codec == "raw" ? Codec::raw : Codec::zstd;
-  pack.zstd_level = a.level;
-  const Result<Bytes> file = pack_file(std::move(fitted->chunks), pack);
+
+  const Result<Bytes> file = pack_file(std::move(fitted->chunks), *pack);
   if (!file) return stop(file.error());
   ByteView view(*file);
   const Result<OpenedFile> check = open_file(memory_source(&view));
@@ -102,19 +101,23 @@ int run(Arguments& a) {
   const double texels = static_cast<double>(check->head.width) * check->head.height;
   const double formula = static_cast<double>(check->layout.formula_bits) / texels;
   const double on_disk = 8.0 * static_cast<double>(file->size()) / texels;
-  const std::string text =
+  std::string text =
       fmt::format("{}: {}x{}, {} bytes, {:.4f} bits per texel by formula, {:.4f} as a file, {:.2f} s",
                   a.output, check->head.width, check->head.height, file->size(), formula, on_disk, seconds);
-  const Json json = {{"output", a.output},
-                     {"model", a.model},
-                     {"width", check->head.width},
-                     {"height", check->head.height},
-                     {"file_bytes", file->size()},
-                     {"payload_bits", 8 * check->directory.header.payload_bytes},
-                     {"formula_bits", check->layout.formula_bits},
-                     {"bits_per_texel", formula},
-                     {"bits_per_texel_file", on_disk},
-                     {"seconds", seconds}};
+  Json json = {{"output", a.output},
+               {"model", a.model},
+               {"width", check->head.width},
+               {"height", check->head.height},
+               {"file_bytes", file->size()},
+               {"payload_bits", 8 * check->directory.header.payload_bytes},
+               {"formula_bits", check->layout.formula_bits},
+               {"bits_per_texel", formula},
+               {"bits_per_texel_file", on_disk},
+               {"seconds", seconds}};
+  for (const Parameter& found : fitted->report) {
+    text += fmt::format(", {} {}", found.name, found.value);
+    json[found.name] = found.number ? Json::parse(found.value) : Json(found.value);
+  }
   if (const auto wrote = a.report.write(text, json); !wrote) return stop(wrote.error());
   return kExitOk;
 }
@@ -128,12 +131,7 @@ Verb add_encode(CLI::App& app) {
   verb->add_option("--map", a->maps, "a named map, may be repeated")->type_name("NAME=FILE")->take_all();
   verb->add_option("-o,--output", a->output, "the file to write")->required()->type_name("OUT.btfc");
   verb->add_option("--model", a->model, "the model, see 'btfc models'")->required()->type_name("ID");
-  verb->add_option("--codec", a->codec, "raw or zstd (default zstd, where it is smaller)")
-      ->check(CLI::IsMember({"raw", "zstd"}))
-      ->type_name("CODEC");
-  verb->add_option("--level", a->level, "zstd level, 1 to 22 (default 19)")
-      ->check(CLI::Range(1, 22))
-      ->type_name("N");
+  add_pack_options(*verb, a->codec, a->level);
   verb->add_option("--seed", a->seed, "seed of random choices (default 1)")->type_name("N");
   verb->add_option("--threads", a->threads, "threads (default: all)")
       ->check(CLI::Range(1, 1024))
@@ -141,20 +139,8 @@ Verb add_encode(CLI::App& app) {
   verb->add_option("--colour-space", a->colour_space, "what the maps' values are (default: as the files say)")
       ->type_name("ID");
   a->report.attach(*verb);
-  for (const ModelFormat& model : models()) {
-    for (const OptionSpec& option : fitter(model.id).options) {
-      const std::string flag = std::string("--") + option.name;
-      if (verb->get_option_no_throw(flag) != nullptr) continue;
-      verb->add_option_function<std::string>(
-              flag,
-              [a, name = std::string(option.name)](const std::string& text) {
-                a->model_options[name] = text;
-              },
-              option.help)
-          ->type_name(option.metavar)
-          ->group(fmt::format("Options of models: {}", model.name));
-    }
-  }
+  for (const ModelFormat& model : models())
+    add_model_options(*verb, model, fitter(model.id).options, a->model_options);
   return {verb, [a] { return run(*a); }};
 }
 

@@ -18,11 +18,6 @@ struct SizeArguments {
   Report report;
 };
 
-Error placed(const std::string& path, Error error) {
-  error.message = fmt::format("'{}': {}", path, error.message);
-  return error;
-}
-
 Json chunk_json(const IndexEntry& e) {
   return {{"type", type_name(e.key.type)},
           {"flags", e.key.flags},
@@ -93,12 +88,8 @@ int size(SizeArguments& a) {
   const ModelFormat* model = find_model(a.model);
   if (model == nullptr)
     return stop(bad_argument(fmt::format("there is no model '{}', see 'btfc models'", a.model)));
-  for (const auto& [name, value] : a.options) {
-    const auto is_it = [&](const OptionSpec& o) { return name == o.name; };
-    if (!std::any_of(model->size_options.begin(), model->size_options.end(), is_it)) {
-      return stop(bad_argument(fmt::format("--{} is no option of model '{}'", name, a.model)));
-    }
-  }
+  if (const auto known = check_model_options(*model, model->size_options, a.options); !known)
+    return stop(known.error());
   const Result<ItemDescription> item = model->describe(a.options);
   if (!item) return stop(item.error());
   const Result<Layout> layout = model->layout(item->head, item->parm);
@@ -133,18 +124,7 @@ Verb add_size(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("size", "sizes by formula, with no file");
   verb->add_option("--model", a->model, "the model, see 'btfc models'")->required()->type_name("ID");
   a->report.attach(*verb);
-  for (const ModelFormat& model : models()) {
-    for (const OptionSpec& option : model.size_options) {
-      const std::string flag = std::string("--") + option.name;
-      if (verb->get_option_no_throw(flag) != nullptr) continue;
-      verb->add_option_function<std::string>(
-              flag,
-              [a, name = std::string(option.name)](const std::string& text) { a->options[name] = text; },
-              option.help)
-          ->type_name(option.metavar)
-          ->group(fmt::format("Options of models: {}", model.name));
-    }
-  }
+  for (const ModelFormat& model : models()) add_model_options(*verb, model, model.size_options, a->options);
   return {verb, [a] { return size(*a); }};
 }
 

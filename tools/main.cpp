@@ -1,4 +1,5 @@
 // The btfc command: one verb a file, see command.h.
+#include <cstdio>
 #include <exception>
 #include <new>
 
@@ -7,6 +8,9 @@
 namespace {
 
 using namespace btfc;
+
+// Help that could not be printed is a failure like any other.
+int printed(int code) { return std::fflush(stdout) == 0 ? code : kExitIo; }
 
 int run(int argc, char** argv) {
   CLI::App app{"btfc: compact textures that are read texel by texel", "btfc"};
@@ -26,26 +30,33 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& e) {
-    return app.exit(e);
+    return printed(app.exit(e));
   } catch (const CLI::CallForAllHelp& e) {
-    return app.exit(e);
+    return printed(app.exit(e));
   } catch (const CLI::CallForVersion& e) {
-    return app.exit(e);
+    return printed(app.exit(e));
   } catch (const CLI::ParseError& e) {
-    fmt::print(stderr, "btfc: {}\n", e.what());
+    // CLI11 says only that a verb is missing; the word that is none is more use.
+    const bool no_verb = argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty();
+    const std::string why =
+        no_verb ? fmt::format("there is no verb '{}', see 'btfc help'", argv[1]) : e.what();
+    fmt::print(stderr, "btfc: {}\n", why);
     return kExitUsage;
   }
   if (help->parsed()) {
-    CLI::App* about = topic.empty() ? &app : nullptr;
-    for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; })) {
+    const CLI::App* about = topic.empty() ? &app : nullptr;
+    for (const CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; })) {
       if (verb->get_name() == topic) about = verb;
     }
     if (about == nullptr) {
       fmt::print(stderr, "btfc help: there is no verb '{}', see 'btfc help'\n", topic);
       return kExitUsage;
     }
-    fmt::print("{}", about->help());
-    return kExitOk;
+    // Not about->help(): that of the whole command would go on to the verb that was parsed, which is this
+    // one.
+    const std::string name = topic.empty() ? "btfc" : "btfc " + topic;
+    fmt::print("{}", app.get_formatter()->make_help(about, name, CLI::AppFormatMode::Normal));
+    return printed(kExitOk);
   }
   for (const Verb& verb : verbs) {
     if (verb.app->parsed()) return verb.run();

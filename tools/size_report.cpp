@@ -11,11 +11,13 @@ Json size_json(const Head& head, const Layout& layout) {
   const auto payload_bits = static_cast<double>(8 * payload_bytes);
 
   Json maps = Json::array();
-  for (const Map& map : head.maps) {
+  for (std::size_t m = 0; m < head.maps.size(); ++m) {
+    const Map& map = head.maps[m];
     maps.push_back({{"name", map.name},
                     {"channels", map.channels},
                     {"sample_type", name_of(map.type)},
-                    {"colour_space", name_of(map.colour_space)}});
+                    {"colour_space", name_of(map.colour_space)},
+                    {"formula_bits", layout.map_bits[m]}});
   }
   Json parameters = Json::object();
   for (const Parameter& p : layout.parameters) {

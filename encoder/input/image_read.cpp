@@ -41,6 +41,11 @@ ColourSpace colour_space_of_file(const OIIO::ImageSpec& spec, SampleType type) {
   return ColourSpace::unknown;
 }
 
+// OpenImageIO may say several lines; the first tells what is wrong.
+Error unreadable(const std::string& path, const std::string& why) {
+  return io_error(fmt::format("could not read the image '{}': {}", path, why.substr(0, why.find('\n'))));
+}
+
 // Float samples -> binary16 codes; the first value that has none is named.
 Result<Done> to_half_codes(const std::string& path, const std::vector<float>& values, Image& image) {
   std::size_t bad = 0, first = 0;
@@ -66,7 +71,7 @@ Result<Image> read_image(const std::string& path) {
   OIIO::ImageSpec config;
   config["oiio:UnassociatedAlpha"] = 1;  // codes as stored: PNG's alpha is not multiplied in
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path, &config);
-  if (!input) return io_error(fmt::format("could not read the image '{}': {}", path, OIIO::geterror()));
+  if (!input) return unreadable(path, OIIO::geterror());
   const OIIO::ImageSpec& spec = input->spec();
   if (spec.nchannels < 1 || spec.nchannels > 4 || spec.depth > 1) {
     return Error{Status::unsupported,
@@ -119,7 +124,7 @@ Result<Image> read_image(const std::string& path) {
                                path, spec.format.c_str()),
                    "", 0};
   }
-  if (!read) return io_error(fmt::format("could not read the image '{}': {}", path, input->geterror()));
+  if (!read) return unreadable(path, input->geterror());
   if (image.type == SampleType::float16) {
     if (const auto converted = to_half_codes(path, values, image); !converted) return converted.error();
   }

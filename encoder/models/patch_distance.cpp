@@ -60,10 +60,10 @@ std::uint64_t zone_distance_target(const MatchImage& sample, PatchPosition at, c
                                    std::uint64_t limit) {
   const std::int16_t* shown = zone.values.data();
   std::uint64_t distance = 0;
-  for (std::uint32_t v = 0; v < zone.length.size() && distance <= limit; ++v) {
-    const std::size_t count = std::size_t{zone.length[v]} * sample.channels;
-    if (count == 0) continue;
-    distance += row_distance(shown, sample.row(at.x, at.y + v), count);
+  for (const ZoneRun& run : zone.runs) {
+    const std::size_t count = std::size_t{run.length} * sample.channels;
+    distance += row_distance(shown, sample.row(at.x + run.u, at.y + run.v), count);
+    if (distance > limit) break;
     shown += count;
   }
   return distance;

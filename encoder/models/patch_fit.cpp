@@ -2,11 +2,14 @@
 #include "encoder/models/patch_fit.h"
 
 #include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 
 #include "encoder/models/patch_synthesis.h"
+#include "encoder/models/patch_trim.h"
 #include "format/limits.h"
 
 namespace btfc {
@@ -22,6 +25,8 @@ const OptionSpec kOptions[] = {
      "how patches join: feathering or minimum error boundary cut (default quilting)"},
     {"pack", "rgba8|packed", "how cuts are stored (default packed)"},
     {"tau", "T", "threshold of the patch search, 0 to 10 (default 0.2)"},
+    {"tileable", nullptr, "a texture that wraps, k (w_B - w_E) texels a side"},
+    {"trim-sample", nullptr, "store only the blocks of 4x4 texels of the sample that the texture shows"},
     {"synthesized", "OUT.png", "also write the synthesised texture as the encoder holds it"},
 };
 
@@ -77,8 +82,7 @@ Result<FitResult> patch_fit(const FitInput& input, const FitSettings& settings) 
     samples.push_back(crop(image, window->x, window->y, window->width, window->height));
     head.maps.push_back({map.name, image.channels, image.type, image.colour_space, image.alpha});
   }
-  const Result<PatchShape> shape =
-      patch_shape_from_options(settings.options, window->width, window->height, head);
+  Result<PatchShape> shape = patch_shape_from_options(settings.options, window->width, window->height, head);
   if (!shape) return shape.error();
 
   FitResult result;
@@ -105,11 +109,16 @@ Result<FitResult> patch_fit(const FitInput& input, const FitSettings& settings) 
   synthesis.tau = tau->value_or(0.2);
   synthesis.seed = settings.seed;
   synthesis.progress = settings.progress;
-  tbb::task_arena arena(settings.threads == 0 ? tbb::task_arena::automatic
-                                              : static_cast<int>(settings.threads));
-  const PatchRecipe recipe =
-      arena.execute([&] { return synthesize_patches(*shape, samples, synthesis, sink); });
+  const int threads =
+      settings.threads == 0 ? tbb::info::default_concurrency() : static_cast<int>(settings.threads);
+  const tbb::global_control allowed(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<std::size_t>(threads));
+  tbb::task_arena arena(threads);
+  PatchRecipe recipe = arena.execute([&] { return synthesize_patches(*shape, samples, synthesis, sink); });
 
+  const double used =
+      trim_sample(head, *shape, recipe, find_option(settings.options, "trim-sample").has_value());
+  result.report.push_back({"sample_used", fmt::format("{:.4f}", used)});
   std::vector<SampleCodes> codes;
   for (Image& sample : samples) codes.push_back(std::move(sample.codes));
   result.chunks = patch_write(head, *shape, recipe, codes);

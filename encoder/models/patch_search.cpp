@@ -58,9 +58,9 @@ Candidates find_candidates_plain(const MatchImage& sample, std::uint32_t patch_s
     for (std::uint32_t x = 0; x + patch_size <= sample.width; ++x) {
       std::uint64_t distance = 0;
       const std::int16_t* shown = zone.values.data();
-      for (std::uint32_t v = 0; v < zone.length.size(); ++v) {
-        const std::int16_t* patch = sample.row(x, y + v);
-        for (std::uint32_t t = 0; t < zone.length[v] * sample.channels; ++t) {
+      for (const ZoneRun& run : zone.runs) {
+        const std::int16_t* patch = sample.row(x + run.u, y + run.v);
+        for (std::uint32_t t = 0; t < run.length * sample.channels; ++t) {
           const std::int32_t difference = *shown++ - patch[t];
           distance += static_cast<std::uint64_t>(difference * difference);
         }

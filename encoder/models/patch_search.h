@@ -9,10 +9,15 @@
 
 namespace btfc {
 
-// The boundary zone of a patch and what the texture shows there: row v has the texels 0 … length[v]-1.
+// A run of texels of a patch's boundary zone: row v, from column u.
+struct ZoneRun {
+  std::uint32_t v, u, length;
+};
+
+// The boundary zone of a patch and what the texture shows there.
 struct BoundaryZone {
-  std::vector<std::uint32_t> length;  // w_B rows, texels
-  std::vector<std::int16_t> values;   // the rows one after another, all channels
+  std::vector<ZoneRun> runs;
+  std::vector<std::int16_t> values;  // the runs one after another, all channels
 };
 
 // Candidates in raster order of the sample: all positions whose distance is below the threshold delta of the

@@ -43,7 +43,8 @@ class Synthesis {
         match_(match_image(tables_, samples)),
         width_(shape.full_width()),
         strip_(samples, width_, shape.size, shape.overlap),
-        before_(strip_) {
+        before_(strip_),
+        first_(strip_) {
     recipe_.positions.reserve(shape.patches());
     recipe_.cuts_v.resize(shape.cuts_v() * shape.size);
     recipe_.cuts_h.resize(shape.cuts_h() * shape.size);
@@ -57,25 +58,36 @@ class Synthesis {
         paste(i, j, at);
         if (settings_.progress) settings_.progress(recipe_.positions.size(), s_.patches());
       }
-      if (sink) emit(j, sink);
+      if (s_.wraps && j == 0) first_ = strip_;
+      // Of a texture that wraps, the first rows wait for the last strip.
+      const std::uint32_t begin = s_.wraps && j == 0 ? s_.overlap : 0;
+      const std::uint32_t end = j + 1 == s_.count_y && !s_.wraps ? s_.size : s_.step();
+      if (sink) emit(strip_, j, begin, end, sink);
       std::swap(strip_, before_);
+    }
+    if (s_.wraps) {
+      if (s_.blend == PatchBlend::quilting) close_texture();
+      if (sink) emit(first_, 0, 0, s_.overlap, sink);
     }
     return std::move(recipe_);
   }
 
  private:
-  // Codes of map m that the texture shows at (x, v) of strip j while the strip is being made.
-  void shown(std::size_t m, std::size_t x, std::uint32_t v, std::uint32_t j, std::uint16_t* codes) const {
+  bool quilting() const { return s_.blend == PatchBlend::quilting; }
+  bool has_above(std::uint32_t j) const { return j > 0 || s_.wraps; }
+
+  // Codes of map m that the texture shows at (x, v) of a strip whose upper neighbour is before_.
+  void shown(const Strip& strip, std::size_t m, std::size_t x, std::uint32_t v, bool above,
+             std::uint16_t* codes) const {
     const std::size_t channels = samples_[m].channels;
-    const std::uint16_t* here = &strip_.maps[m][(std::size_t{v} * width_ + x) * channels];
-    const bool in_above = j > 0 && v < s_.overlap;
-    if (!in_above) {
+    const std::uint16_t* here = &strip.maps[m][(std::size_t{v} * width_ + x) * channels];
+    if (!above || v >= s_.overlap) {
       std::copy_n(here, channels, codes);
       return;
     }
     const std::uint16_t* up = &before_.maps[m][(std::size_t{v + s_.step()} * width_ + x) * channels];
-    if (s_.blend == PatchBlend::quilting) {
-      std::copy_n(strip_.above[v * width_ + x] ? up : here, channels, codes);
+    if (quilting()) {
+      std::copy_n(strip.above[v * width_ + x] ? up : here, channels, codes);
       return;
     }
     const std::uint32_t weight = patch_weight(v, s_.overlap);
@@ -86,130 +98,218 @@ class Synthesis {
     return static_cast<std::uint16_t>(patch_lerp_code(static_cast<uint>(samples_[m].type), a, b, weight));
   }
 
-  // What the texture shows in the boundary zone of patch (i, j), before that patch is pasted. Right of the
-  // left overlap strip j is still empty, and the strip above shows.
+  // Whether the boundary zone of patch (i, j) has what is asked: overlaps with patches that exist already.
+  struct Zone {
+    bool left, right, above, below;
+  };
+  Zone zone_of(std::uint32_t i, std::uint32_t j) const {
+    return {i > 0, s_.wraps && i > 0 && i + 1 == s_.count_x, j > 0, s_.wraps && j > 0 && j + 1 == s_.count_y};
+  }
+
+  // Matching values of what the texture shows at local (u, v) of patch (i, j), before that patch is pasted.
   void shown_values(std::uint32_t i, std::uint32_t j, std::uint32_t u, std::uint32_t v,
                     std::int16_t* values) const {
-    const std::size_t x = std::size_t{i} * s_.step() + u;
-    const bool strip_begun = i > 0 && u < s_.overlap;
+    const Zone zone = zone_of(i, j);
+    const std::size_t x = (std::size_t{i} * s_.step() + u) % width_;
+    const bool strip_begun = (zone.left && u < s_.overlap) || (zone.right && u >= s_.step());
+    const bool in_above = zone.above && v < s_.overlap;
     for (std::size_t m = 0; m < samples_.size(); ++m) {
       std::uint16_t codes[4];
       if (strip_begun) {
-        shown(m, x, v, j, codes);
+        shown(strip_, m, x, v, zone.above, codes);
       } else {
         const std::size_t channels = samples_[m].channels;
-        std::copy_n(&before_.maps[m][(std::size_t{v + s_.step()} * width_ + x) * channels], channels, codes);
+        const Strip& other = in_above ? before_ : first_;
+        const std::size_t row = in_above ? v + s_.step() : v - s_.step();
+        std::copy_n(&other.maps[m][(row * width_ + x) * channels], channels, codes);
       }
       for (std::size_t c = 0; c < samples_[m].channels; ++c) *values++ = tables_(m, codes[c]);
     }
   }
 
-  BoundaryZone zone_of(std::uint32_t i, std::uint32_t j) const {
-    BoundaryZone zone;
-    zone.length.resize(s_.size);
+  BoundaryZone boundary_zone(std::uint32_t i, std::uint32_t j) const {
+    const Zone zone = zone_of(i, j);
+    BoundaryZone out;
     for (std::uint32_t v = 0; v < s_.size; ++v) {
-      zone.length[v] = j > 0 && v < s_.overlap ? s_.size : i > 0 ? s_.overlap : 0;
-      for (std::uint32_t u = 0; u < zone.length[v]; ++u) {
-        zone.values.resize(zone.values.size() + match_.channels);
-        shown_values(i, j, u, v, &zone.values[zone.values.size() - match_.channels]);
+      if ((zone.above && v < s_.overlap) || (zone.below && v >= s_.step())) {
+        out.runs.push_back({v, 0, s_.size});
+        continue;
+      }
+      if (zone.left) out.runs.push_back({v, 0, s_.overlap});
+      if (zone.right) out.runs.push_back({v, s_.step(), s_.overlap});
+    }
+    for (const ZoneRun& run : out.runs) {
+      for (std::uint32_t u = run.u; u < run.u + run.length; ++u) {
+        out.values.resize(out.values.size() + match_.channels);
+        shown_values(i, j, u, run.v, &out.values[out.values.size() - match_.channels]);
       }
     }
-    return zone;
+    return out;
   }
 
   PatchPosition choose(std::uint32_t i, std::uint32_t j) {
     const std::uint64_t bits = random_bits(settings_.seed, recipe_.positions.size());
     // floor(bits / 2^32 * count) with the upper 32 bits; count is below 2^32.
     const auto pick = [&](std::uint64_t count) { return (bits >> 32) * count >> 32; };
-    if (i == 0 && j == 0) {
+    const BoundaryZone zone = boundary_zone(i, j);
+    if (zone.runs.empty()) {
       const std::uint32_t columns = s_.sample_width - s_.size + 1, rows = s_.sample_height - s_.size + 1;
       const std::uint64_t n = pick(std::uint64_t{columns} * rows);
       return {static_cast<std::uint32_t>(n % columns), static_cast<std::uint32_t>(n / columns)};
     }
-    zone_ = zone_of(i, j);
     const Candidates candidates = settings_.plain_search
-                                      ? find_candidates_plain(match_, s_.size, zone_, settings_.tau)
-                                      : find_candidates(match_, s_.size, zone_, settings_.tau);
+                                      ? find_candidates_plain(match_, s_.size, zone, settings_.tau)
+                                      : find_candidates(match_, s_.size, zone, settings_.tau);
     return candidates[pick(candidates.size())];
   }
 
-  // Squared error between the texture and the patch at `at`, at local (u, v) of the boundary zone.
-  std::uint64_t error_at(const PatchPosition& at, std::size_t zone_begin, std::uint32_t u,
-                         std::uint32_t v) const {
-    const std::int16_t* shown_value = &zone_.values[zone_begin + std::size_t{u} * match_.channels];
-    const std::int16_t* patch = match_.row(at.x + u, at.y + v);
+  std::uint64_t squared_error(const std::int16_t* a, const std::int16_t* b) const {
     std::uint64_t sum = 0;
     for (std::uint32_t c = 0; c < match_.channels; ++c) {
-      const std::int32_t difference = shown_value[c] - patch[c];
+      const std::int32_t difference = a[c] - b[c];
       sum += static_cast<std::uint64_t>(difference * difference);
     }
     return sum;
   }
 
-  // The L as two cuts: a vertical one over the left overlap, a horizontal one over the upper.
-  void cut(std::uint32_t i, std::uint32_t j, const PatchPosition& at, std::vector<std::uint16_t>& vertical,
-           std::vector<std::uint16_t>& horizontal) const {
-    std::vector<std::uint64_t> left(std::size_t{s_.overlap} * s_.size), upper(left.size());
-    std::size_t begin = 0;
-    for (std::uint32_t v = 0; v < s_.size; ++v) {
-      for (std::uint32_t u = 0; u < zone_.length[v]; ++u) {
-        const std::uint64_t error = error_at(at, begin, u, v);
-        if (u < s_.overlap) left[std::size_t{v} * s_.overlap + u] = error;
-        if (v < s_.overlap) upper[std::size_t{u} * s_.overlap + v] = error;
-      }
-      begin += std::size_t{zone_.length[v]} * match_.channels;
+  // Matching values that a strip holds at (x, v), whatever the strip above shows.
+  void strip_values(const Strip& strip, std::size_t x, std::uint32_t v, std::int16_t* values) const {
+    for (std::size_t m = 0; m < samples_.size(); ++m) {
+      const std::size_t channels = samples_[m].channels;
+      const std::uint16_t* codes = &strip.maps[m][(std::size_t{v} * width_ + x) * channels];
+      for (std::size_t c = 0; c < channels; ++c) *values++ = tables_(m, codes[c]);
     }
-    if (i > 0) vertical = minimum_error_cut(left, s_.overlap, s_.size);
-    if (j > 0) horizontal = minimum_error_cut(upper, s_.overlap, s_.size);
+  }
+
+  // A minimum error cut over w_E columns (or rows) and w_B steps along it; values(a, t) writes what the
+  // texture shows a texels into the overlap at step t, patch(a, t) is what the patch holds there.
+  template <class Values, class Patch>
+  std::vector<std::uint16_t> cut(const Values& values, const Patch& patch) const {
+    std::vector<std::uint64_t> error(std::size_t{s_.overlap} * s_.size);
+    std::vector<std::int16_t> shown_here(match_.channels);
+    for (std::uint32_t t = 0; t < s_.size; ++t) {
+      for (std::uint32_t a = 0; a < s_.overlap; ++a) {
+        values(a, t, shown_here.data());
+        error[std::size_t{t} * s_.overlap + a] = squared_error(shown_here.data(), patch(a, t));
+      }
+    }
+    return minimum_error_cut(error, s_.overlap, s_.size);
+  }
+
+  std::span<std::uint16_t> cut_v(std::uint32_t i, std::uint32_t j) {
+    const std::size_t number =
+        s_.wraps ? std::size_t{j} * s_.count_x + i : std::size_t{j} * (s_.count_x - 1) + i - 1;
+    return std::span(recipe_.cuts_v).subspan(number * s_.size, s_.size);
+  }
+  std::span<std::uint16_t> cut_h(std::uint32_t i, std::uint32_t j) {
+    const std::size_t number = (std::size_t{j} - (s_.wraps ? 0 : 1)) * s_.count_x + i;
+    return std::span(recipe_.cuts_h).subspan(number * s_.size, s_.size);
+  }
+  static void keep(std::span<std::uint16_t> place, const std::vector<std::uint16_t>& one) {
+    std::copy(one.begin(), one.end(), place.begin());
+  }
+
+  // Writes the sample's texel to (x, v) of the strip; weight 256 replaces.
+  void put(std::size_t x, std::uint32_t v, std::uint32_t sample_x, std::uint32_t sample_y,
+           std::uint32_t weight, bool sample_is_left) {
+    for (std::size_t m = 0; m < samples_.size(); ++m) {
+      const std::size_t channels = samples_[m].channels;
+      const std::uint16_t* from = &samples_[m].codes[samples_[m].index(sample_x, sample_y, 0)];
+      std::uint16_t* to = &strip_.maps[m][(std::size_t{v} * width_ + x) * channels];
+      for (std::size_t c = 0; c < channels; ++c) {
+        if (weight == kReplace) {
+          to[c] = from[c];
+        } else {
+          to[c] = sample_is_left ? lerp(m, from[c], to[c], weight) : lerp(m, to[c], from[c], weight);
+        }
+      }
+    }
   }
 
   void paste(std::uint32_t i, std::uint32_t j, const PatchPosition& at) {
-    std::vector<std::uint16_t> vertical, horizontal;
-    if (s_.blend == PatchBlend::quilting && (i > 0 || j > 0)) {
-      cut(i, j, at, vertical, horizontal);
-      const auto keep = [&](std::vector<std::uint16_t>& all, std::uint64_t number,
-                            const std::vector<std::uint16_t>& one) {
-        std::copy(one.begin(), one.end(), all.begin() + static_cast<std::ptrdiff_t>(number * s_.size));
-      };
-      if (i > 0) keep(recipe_.cuts_v, std::uint64_t{j} * (s_.count_x - 1) + i - 1, vertical);
-      if (j > 0) keep(recipe_.cuts_h, std::uint64_t{j - 1} * s_.count_x + i, horizontal);
+    if (quilting() && i > 0) {
+      keep(cut_v(i, j), cut([&](auto a, auto t, auto* out) { shown_values(i, j, a, t, out); },
+                            [&](auto a, auto t) { return match_.row(at.x + a, at.y + t); }));
+    }
+    if (quilting() && j > 0) {  // the L as two cuts
+      keep(cut_h(i, j), cut([&](auto a, auto t, auto* out) { shown_values(i, j, t, a, out); },
+                            [&](auto a, auto t) { return match_.row(at.x + t, at.y + a); }));
     }
     const std::size_t left = std::size_t{i} * s_.step();
     for (std::uint32_t v = 0; v < s_.size; ++v) {
-      for (std::uint32_t u = 0; u < s_.size; ++u) {
+      for (std::uint32_t u = 0; u < s_.size && left + u < width_; ++u) {
         const bool in_left = i > 0 && u < s_.overlap;
-        if (in_left && s_.blend == PatchBlend::quilting && u < vertical[v]) continue;  // the left patch stays
-        for (std::size_t m = 0; m < samples_.size(); ++m) {
-          const std::size_t channels = samples_[m].channels;
-          const std::uint16_t* from = &samples_[m].codes[samples_[m].index(at.x + u, at.y + v, 0)];
-          std::uint16_t* to = &strip_.maps[m][(std::size_t{v} * width_ + left + u) * channels];
-          const bool blended = in_left && s_.blend == PatchBlend::liang;
-          const std::uint32_t weight = blended ? patch_weight(u, s_.overlap) : 256;
-          for (std::size_t c = 0; c < channels; ++c)
-            to[c] = blended ? lerp(m, to[c], from[c], weight) : from[c];
-        }
-        if (s_.blend == PatchBlend::quilting && j > 0 && v < s_.overlap) {
-          strip_.above[v * width_ + left + u] = v < horizontal[u] ? 1 : 0;
+        if (in_left && quilting() && u < cut_v(i, j)[v]) continue;  // the left patch stays
+        put(left + u, v, at.x + u, at.y + v, in_left && !quilting() ? patch_weight(u, s_.overlap) : kReplace,
+            false);
+        if (quilting() && j > 0 && v < s_.overlap)
+          strip_.above[v * width_ + left + u] = v < cut_h(i, j)[u] ? 1 : 0;
+      }
+    }
+    if (s_.wraps && i + 1 == s_.count_x) close_strip(j, at);
+  }
+
+  // The last patch of a strip that wraps meets the first: the cut or the weights of patch (0, j).
+  void close_strip(std::uint32_t j, const PatchPosition& at) {
+    if (quilting()) {
+      const PatchPosition first = recipe_.positions[std::size_t{j} * s_.count_x];
+      keep(cut_v(0, j), cut(
+                            [&](auto a, auto t, auto* out) {
+                              std::copy_n(match_.row(at.x + a + s_.step(), at.y + t), match_.channels, out);
+                            },
+                            [&](auto a, auto t) { return match_.row(first.x + a, first.y + t); }));
+    }
+    for (std::uint32_t v = 0; v < s_.size; ++v) {
+      for (std::uint32_t u = 0; u < s_.overlap; ++u) {
+        if (quilting() && u >= cut_v(0, j)[v]) continue;  // the first patch stays
+        put(u, v, at.x + u + s_.step(), at.y + v, quilting() ? kReplace : patch_weight(u, s_.overlap), true);
+        if (quilting() && j > 0 && v < s_.overlap) {
+          strip_.above[v * width_ + u] = v < cut_h(s_.count_x - 1, j)[u + s_.step()] ? 1 : 0;
         }
       }
     }
   }
 
-  // The rows of strip j that no later strip touches.
-  void emit(std::uint32_t j, const RowSink& sink) const {
-    const std::uint32_t rows = j + 1 == s_.count_y ? s_.size : s_.step();
+  // The last strip (now before_) meets the first: the horizontal cuts of row 0, and where first_ shows it.
+  void close_texture() {
+    for (std::uint32_t i = 0; i < s_.count_x; ++i) {
+      const PatchPosition at = recipe_.positions[i];
+      const std::size_t left = std::size_t{i} * s_.step();
+      keep(cut_h(i, 0),
+           cut([&](auto a, auto t,
+                   auto* out) { strip_values(before_, (left + t) % width_, a + s_.step(), out); },
+               [&](auto a, auto t) { return match_.row(at.x + t, at.y + a); }));
+    }
+    for (std::uint32_t v = 0; v < s_.overlap; ++v) {
+      for (std::size_t x = 0; x < width_; ++x) {
+        const auto i = static_cast<std::uint32_t>(x / s_.step());
+        const auto u = static_cast<std::uint32_t>(x % s_.step());
+        const bool left_wins = u < s_.overlap && u < cut_v(i, 0)[v];
+        const std::uint32_t limit =
+            left_wins ? cut_h(i > 0 ? i - 1 : s_.count_x - 1, 0)[u + s_.step()] : cut_h(i, 0)[u];
+        first_.above[v * width_ + x] = v < limit ? 1 : 0;
+      }
+    }
+  }
+
+  // Rows begin … end-1 of strip j, as no later strip changes them.
+  void emit(const Strip& strip, std::uint32_t j, std::uint32_t begin, std::uint32_t end,
+            const RowSink& sink) const {
     std::vector<std::vector<std::uint16_t>> row;
     std::vector<const std::uint16_t*> view;
     for (const Image& sample : samples_) row.emplace_back(width_ * sample.channels);
     for (const auto& r : row) view.push_back(r.data());
-    for (std::uint32_t v = 0; v < rows; ++v) {
+    for (std::uint32_t v = begin; v < end; ++v) {
       for (std::size_t m = 0; m < samples_.size(); ++m) {
-        for (std::size_t x = 0; x < width_; ++x) shown(m, x, v, j, &row[m][x * samples_[m].channels]);
+        for (std::size_t x = 0; x < width_; ++x) {
+          shown(strip, m, x, v, has_above(j), &row[m][x * samples_[m].channels]);
+        }
       }
       sink(j * s_.step() + v, view);
     }
   }
 
+  static constexpr std::uint32_t kReplace = UINT32_MAX;
   const PatchShape& s_;
   std::span<const Image> samples_;
   const SynthesisSettings& settings_;
@@ -217,7 +317,7 @@ class Synthesis {
   MatchImage match_;
   std::size_t width_;  // of the whole texture
   Strip strip_, before_;
-  BoundaryZone zone_;
+  Strip first_;  // strip 0 of a texture that wraps
   PatchRecipe recipe_;
 };
 

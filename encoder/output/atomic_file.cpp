@@ -23,17 +23,8 @@ std::string directory_of(const std::string& path) {
   return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
 }
 
-Result<Done> sync_path(const std::string& path, int flags) {
-  const int file = open(path.c_str(), flags | O_CLOEXEC);
-  if (file < 0) return failed("open", path);
-  const int synced = fsync(file);
-  const int saved = errno;
-  close(file);
-  errno = saved;
-  // Some file systems cannot sync a directory; the rename is then as safe as they make it.
-  if (synced != 0 && errno != EINVAL && errno != EROFS) return failed("write", path);
-  return Done{};
-}
+// Some file systems cannot sync, a directory above all; the rename is then as safe as they make it.
+bool sync_failed(int file) { return fsync(file) != 0 && errno != EINVAL && errno != EROFS; }
 
 }  // namespace
 
@@ -53,43 +44,53 @@ Result<PendingFile> PendingFile::create(const std::string& target) {
   const mode_t mask = umask(0);
   umask(mask);
   fchmod(file, 0666 & ~mask);
-  close(file);
-  return PendingFile(target, path);
+  return PendingFile(target, path, file);
 }
 
 PendingFile::PendingFile(PendingFile&& other) noexcept
-    : target_(std::move(other.target_)), path_(std::move(other.path_)) {
+    : target_(std::move(other.target_)),
+      path_(std::move(other.path_)),
+      file_(other.file_),
+      error_(other.error_) {
   other.path_.clear();
+  other.file_ = -1;
 }
 
 PendingFile::~PendingFile() {
+  if (file_ >= 0) close(file_);
   if (!path_.empty()) unlink(path_.c_str());
 }
 
+bool PendingFile::write_at(std::uint64_t offset, ByteView bytes) {
+  for (std::size_t done = 0; done < bytes.size() && error_ == 0;) {
+    const std::size_t some = std::min<std::size_t>(bytes.size() - done, 1u << 30);
+    const ssize_t wrote = pwrite(file_, bytes.data() + done, some, static_cast<off_t>(offset + done));
+    if (wrote < 0 && errno != EINTR) error_ = errno;
+    if (wrote > 0) done += static_cast<std::size_t>(wrote);
+  }
+  return error_ == 0;
+}
+
 Result<Done> PendingFile::commit() {
-  if (const auto synced = sync_path(path_, O_RDONLY); !synced) return synced.error();
+  if (error_ == 0 && sync_failed(file_)) error_ = errno;
+  const int closed = close(file_);
+  file_ = -1;
+  if (error_ == 0 && closed != 0) error_ = errno;
+  errno = error_;
+  if (error_ != 0) return failed("write", target_);
   if (rename(path_.c_str(), target_.c_str()) != 0) return failed("rename the finished file to", target_);
   path_.clear();
-  return sync_path(directory_of(target_), O_RDONLY | O_DIRECTORY);
+  const int directory = open(directory_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (directory < 0) return Done{};  // a folder that may be written but not read
+  const bool bad = sync_failed(directory);
+  close(directory);
+  return bad ? Result<Done>(failed("write the folder of", target_)) : Result<Done>(Done{});
 }
 
 Result<Done> write_file(const std::string& target, ByteView bytes) {
   Result<PendingFile> pending = PendingFile::create(target);
   if (!pending) return pending.error();
-  const int file = open(pending->path().c_str(), O_WRONLY | O_CLOEXEC);
-  if (file < 0) return failed("open", pending->path());
-  for (std::size_t done = 0; done < bytes.size();) {
-    const ssize_t wrote =
-        write(file, bytes.data() + done, std::min<std::size_t>(bytes.size() - done, 1u << 30));
-    if (wrote < 0 && errno == EINTR) continue;
-    if (wrote < 0) {
-      const Error error = failed("write", target);
-      close(file);
-      return error;
-    }
-    done += static_cast<std::size_t>(wrote);
-  }
-  if (close(file) != 0) return failed("write", target);
+  pending->write_at(0, bytes);
   return pending->commit();
 }
 

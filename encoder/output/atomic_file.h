@@ -19,11 +19,16 @@ class PendingFile {
   ~PendingFile();
 
   const std::string& path() const { return path_; }
+  // Writes bytes at an offset; false where the disk does not take them, and then commit() fails too.
+  bool write_at(std::uint64_t offset, ByteView bytes);
   Result<Done> commit();
 
  private:
-  PendingFile(std::string target, std::string path) : target_(std::move(target)), path_(std::move(path)) {}
+  PendingFile(std::string target, std::string path, int file)
+      : target_(std::move(target)), path_(std::move(path)), file_(file) {}
   std::string target_, path_;
+  int file_ = -1;
+  int error_ = 0;  // errno of the first write that failed
 };
 
 // The whole file at once.

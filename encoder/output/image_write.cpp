@@ -1,4 +1,5 @@
 // Writing images in bands of rows.
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
@@ -38,6 +39,30 @@ std::vector<std::uint8_t> display_bytes(const std::vector<std::uint8_t>& codes, 
   return bytes;
 }
 
+// OpenImageIO's writers do not all report a full disk; what they write goes through here, where no error is
+// lost.
+class PendingProxy : public OIIO::Filesystem::IOProxy {
+ public:
+  explicit PendingProxy(PendingFile& file) : IOProxy(file.path(), Write), file_(file) {}
+  const char* proxytype() const override { return "btfc"; }
+  std::size_t size() const override { return static_cast<std::size_t>(size_); }
+  std::size_t write(const void* data, std::size_t count) override {
+    const std::size_t wrote = pwrite(data, count, m_pos);
+    m_pos += static_cast<std::int64_t>(wrote);
+    return wrote;
+  }
+  std::size_t pwrite(const void* data, std::size_t count, std::int64_t offset) override {
+    const ByteView bytes(static_cast<const std::uint8_t*>(data), count);
+    if (!file_.write_at(static_cast<std::uint64_t>(offset), bytes)) return 0;
+    size_ = std::max(size_, offset + static_cast<std::int64_t>(count));
+    return count;
+  }
+
+ private:
+  PendingFile& file_;
+  std::int64_t size_ = 0;
+};
+
 }  // namespace
 
 Result<Done> write_image_rows(const std::string& path, const ImageHeader& header, const RowSource& rows) {
@@ -61,6 +86,8 @@ Result<Done> write_image_rows(const std::string& path, const ImageHeader& header
   spec["oiio:UnassociatedAlpha"] = header.alpha == Alpha::straight ? 1 : 0;
   if (png) spec["png:compressionLevel"] = 3;
   const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(pending->path());
+  PendingProxy proxy(*pending);
+  if (output) output->set_ioproxy(&proxy);
   if (!output || !output->open(pending->path(), spec)) {
     return io_error(
         fmt::format("could not write '{}': {}", path, output ? output->geterror() : OIIO::geterror()));

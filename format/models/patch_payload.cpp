@@ -13,10 +13,11 @@
 namespace btfc {
 namespace {
 
-constexpr std::uint32_t kSmpl = four_cc("SMPL"), kCoor = four_cc("COOR"), kCutV = four_cc("CUTV"),
-                        kCutH = four_cc("CUTH");
-constexpr std::uint32_t kChunkTypes[] = {kCoor, kCutH, kCutV, kSmpl};
-constexpr std::uint64_t kParmBytes = 28;
+constexpr std::uint32_t kSmpl = four_cc("SMPL"), kTrim = four_cc("TRIM"), kCoor = four_cc("COOR"),
+                        kCutV = four_cc("CUTV"), kCutH = four_cc("CUTH");
+constexpr std::uint32_t kChunkTypes[] = {kCoor, kCutH, kCutV, kSmpl, kTrim};
+constexpr std::uint64_t kParmBytes = 32;
+constexpr std::uint32_t kBlockSide = 4, kBlockTexels = 16;
 constexpr std::uint16_t kPayloadFlags = kCritical | kPayload;
 
 unsigned entry_bits(const PatchShape& s) { return s.overlap == 0 ? 0 : ceil_log2(s.overlap); }
@@ -36,9 +37,15 @@ CheckedSize coordinate_bytes(const PatchShape& s) {
 CheckedSize cut_bytes(const PatchShape& s, std::uint64_t cuts) {
   return CheckedSize(4) * ceil_div(CheckedSize(cuts) * CheckedSize(cut_stride_bits(s)), 32);
 }
+std::uint64_t stored_texels(const PatchShape& s) {
+  return s.stored_blocks != 0 ? std::uint64_t{kBlockTexels} * s.stored_blocks
+                              : std::uint64_t{s.sample_width} * s.sample_height;
+}
 CheckedSize sample_bytes(const PatchShape& s, const Map& map) {
-  return CheckedSize(s.sample_width) * CheckedSize(s.sample_height) *
-         CheckedSize(map.channels * sample_bits(map.type) / 8);
+  return CheckedSize(stored_texels(s)) * CheckedSize(map.channels * sample_bits(map.type) / 8);
+}
+std::uint64_t trim_bytes(const PatchShape& s) {
+  return s.stored_blocks == 0 ? 0 : 4 * ceil_div(std::uint64_t{s.blocks_x()} * s.blocks_y(), 32);
 }
 
 std::uint32_t padded_texel_bits(const Map& map) {
@@ -57,6 +64,7 @@ std::vector<ChunkSpec> payload_chunks(const PatchShape& s, std::span<const Map> 
   add(kCoor, 0, coordinate_bytes(s));
   add(kCutV, 0, cut_bytes(s, s.cuts_v()));
   add(kCutH, 0, cut_bytes(s, s.cuts_h()));
+  add(kTrim, 0, trim_bytes(s));
   for (std::size_t i = 0; i < maps.size(); ++i)
     add(kSmpl, static_cast<std::uint8_t>(i), sample_bytes(s, maps[i]));
   std::sort(chunks.begin(), chunks.end(),
@@ -92,16 +100,68 @@ Bytes pack_cuts(const PatchShape& s, const std::vector<std::uint16_t>& entries, 
   return from_words(words);
 }
 
-Bytes pack_sample(const Map& map, const SampleCodes& codes) {
-  if (map.type == SampleType::unorm8) {
-    Bytes raw(codes.size());
-    std::transform(codes.begin(), codes.end(), raw.begin(),
-                   [](std::uint16_t c) { return static_cast<std::uint8_t>(c); });
-    return raw;
+// The sample's texel of each stored texel, in the order of SMPL; -1 outside the sample. Empty for a sample
+// that is stored whole, where the order is the sample's own.
+std::vector<std::int64_t> stored_order(const PatchShape& s, const std::vector<bool>& blocks) {
+  std::vector<std::int64_t> order;
+  if (s.stored_blocks == 0) return order;
+  order.reserve(stored_texels(s));
+  for (std::uint32_t b = 0; b < blocks.size(); ++b) {
+    if (!blocks[b]) continue;
+    for (std::uint32_t t = 0; t < kBlockTexels; ++t) {
+      const std::uint32_t x = b % s.blocks_x() * kBlockSide + t % kBlockSide;
+      const std::uint32_t y = b / s.blocks_x() * kBlockSide + t / kBlockSide;
+      const bool inside = x < s.sample_width && y < s.sample_height;
+      order.push_back(inside ? std::int64_t{y} * s.sample_width + x : -1);
+    }
   }
-  Bytes raw(2 * codes.size());
-  for (std::size_t i = 0; i < codes.size(); ++i) store_u16(&raw[2 * i], codes[i]);
+  return order;
+}
+
+Bytes pack_blocks(const PatchShape& s, const std::vector<bool>& blocks) {
+  Bytes raw(trim_bytes(s));
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (blocks[b]) raw[b / 8] = static_cast<std::uint8_t>(raw[b / 8] | 1u << (b % 8));
+  }
   return raw;
+}
+
+Bytes pack_sample(const PatchShape& s, const Map& map, const SampleCodes& codes,
+                  const std::vector<bool>& blocks) {
+  const std::uint32_t bytes = sample_bits(map.type) / 8;
+  Bytes raw(sample_bytes(s, map).value());
+  std::uint8_t* to = raw.data();
+  const std::vector<std::int64_t> order = stored_order(s, blocks);
+  for (std::size_t i = 0; i < stored_texels(s); ++i) {
+    const std::int64_t q = order.empty() ? static_cast<std::int64_t>(i) : order[i];
+    for (std::uint32_t c = 0; c < map.channels; ++c, to += bytes) {
+      const std::uint16_t code =
+          q < 0 ? std::uint16_t{0} : codes[static_cast<std::size_t>(q) * map.channels + c];
+      if (bytes == 1) {
+        *to = static_cast<std::uint8_t>(code);
+      } else {
+        store_u16(to, code);
+      }
+    }
+  }
+  return raw;
+}
+
+// TRIM -> which blocks are stored. Rule PA9.
+Result<std::vector<bool>> unpack_blocks(const PatchShape& s, ByteView raw) {
+  std::vector<bool> blocks(std::size_t{s.blocks_x()} * s.blocks_y());
+  std::uint32_t count = 0;
+  for (std::size_t b = 0; b < 8 * raw.size(); ++b) {
+    if ((raw[b / 8] >> (b % 8) & 1) == 0) continue;
+    if (b >= blocks.size()) return invalid("PA9", 0, "TRIM has bits set beyond the sample's blocks");
+    blocks[b] = true;
+    ++count;
+  }
+  if (count != s.stored_blocks) {
+    return invalid("PA9", 0,
+                   fmt::format("TRIM has {} bits set, expected stored_blocks = {}", count, s.stored_blocks));
+  }
+  return blocks;
 }
 
 // Rule PA6.
@@ -149,17 +209,23 @@ std::optional<Error> cut_fault(const PatchShape& s, const PatchParams& params, c
   return std::nullopt;
 }
 
-// SMPL -> texels padded to a power of two of bits. Rule PA8 on the way.
+// SMPL -> texels padded to a power of two of bits. Rules PA8 and PA9 on the way.
 Result<Done> append_plane(const PatchShape& s, const Map& map, ByteView raw,
-                          std::vector<std::uint32_t>& words) {
+                          const std::vector<std::int64_t>& order, std::vector<std::uint32_t>& words) {
   const std::size_t first = words.size();
   words.resize(first + plane_words(s, map));
   const std::uint32_t bits = sample_bits(map.type), texel_bits = padded_texel_bits(map);
-  const std::uint64_t texels = std::uint64_t{s.sample_width} * s.sample_height;
-  for (std::uint64_t q = 0; q < texels; ++q) {
+  for (std::size_t i = 0; i < stored_texels(s); ++i) {
+    const std::uint64_t q = order.empty() ? i : static_cast<std::uint64_t>(order[i]);
     for (std::uint32_t c = 0; c < map.channels; ++c) {
-      const std::uint64_t at = q * map.channels + c;
+      const std::size_t at = i * map.channels + c;
       const std::uint32_t code = bits == 8 ? raw[at] : load_u16(&raw[2 * at]);
+      if (static_cast<std::int64_t>(q) < 0) {
+        if (code != 0)
+          return invalid("PA9", 0,
+                         fmt::format("map '{}' has a code outside the sample that is not 0", map.name));
+        continue;
+      }
       if (map.type == SampleType::float16 && (code & 0x7c00u) == 0x7c00u) {
         return invalid("PA8", 0,
                        fmt::format("sample of map '{}' is not finite at ({}, {}) channel {}", map.name,
@@ -191,7 +257,7 @@ Result<Done> check_patch_shape(const PatchShape& s, const Head& head) {
   if (s.count_x < 1 || s.count_y < 1 || s.count_x > kMaxSide || s.count_y > kMaxSide) {
     return invalid("PA1", 0, fmt::format("{}x{} patches, expected 1 to 65536 a side", s.count_x, s.count_y));
   }
-  const bool single = s.count_x == 1 && s.count_y == 1;
+  const bool single = s.count_x == 1 && s.count_y == 1 && !s.wraps;
   if (s.overlap > s.size / 2 || (s.overlap == 0 && !single)) {
     return invalid("PA1", 0,
                    fmt::format("overlap w_E is {}, patches of {} texels allow {} to {}", s.overlap, s.size,
@@ -204,11 +270,10 @@ Result<Done> check_patch_shape(const PatchShape& s, const Head& head) {
     return invalid("PA2", 0,
                    fmt::format("overlap w_E is {}, the rgba8 layout allows at most 256", s.overlap));
   }
-  const auto begins_inside = [&](std::uint32_t side, std::uint32_t count) {
-    return std::uint64_t{count - 1} * s.step() < side;
+  const auto fits = [&](std::uint32_t side, std::uint64_t full, std::uint32_t count) {
+    return s.wraps ? side == full : side <= full && std::uint64_t{count - 1} * s.step() < side;
   };
-  if (head.width > s.full_width() || head.height > s.full_height() || !begins_inside(head.width, s.count_x) ||
-      !begins_inside(head.height, s.count_y)) {
+  if (!fits(head.width, s.full_width(), s.count_x) || !fits(head.height, s.full_height(), s.count_y)) {
     return invalid(
         "PA3", 0,
         fmt::format("{}x{} patches of {} texels with overlap {} make {}x{} texels and do not fit a "
@@ -216,9 +281,18 @@ Result<Done> check_patch_shape(const PatchShape& s, const Head& head) {
                     s.count_x, s.count_y, s.size, s.overlap, s.full_width(), s.full_height(), head.width,
                     head.height));
   }
-  if (head.views != 1 || head.lights != 1 || head.pairs != 1 || head.wrap_u != Wrap::clamp ||
-      head.wrap_v != Wrap::clamp || head.unbounded) {
-    return invalid("PA4", 0, "HEAD gives directions, wrapping or an unbounded texture, which patch has not");
+  if (head.views != 1 || head.lights != 1 || head.pairs != 1 || head.wrap_u != head.wrap_v ||
+      head.unbounded) {
+    return invalid(
+        "PA4", 0,
+        "HEAD gives directions, wrapping in one direction or an unbounded texture, which patch has not");
+  }
+  if (s.stored_blocks >= std::uint64_t{s.blocks_x()} * s.blocks_y()) {
+    return invalid(
+        "PA9", 0,
+        fmt::format("stored_blocks is {}, a sample of {}x{} texels has {} and is then stored whole",
+                    s.stored_blocks, s.sample_width, s.sample_height,
+                    std::uint64_t{s.blocks_x()} * s.blocks_y()));
   }
   for (const ChunkSpec& chunk : payload_chunks(s, head.maps)) {
     if (chunk.raw_bytes > kMaxChunkBytes) {
@@ -242,6 +316,7 @@ Bytes write_patch_parm(const PatchShape& s) {
   for (std::size_t i = 0; i < std::size(fields); ++i) store_u32(&parm[4 * i], fields[i]);
   parm[24] = static_cast<std::uint8_t>(s.blend);
   parm[25] = static_cast<std::uint8_t>(s.cuts);
+  store_u32(&parm[28], s.stored_blocks);
   return parm;
 }
 
@@ -263,15 +338,20 @@ Result<PatchShape> read_patch_parm(ByteView parm, const Head& head) {
   s.overlap = load_u32(&parm[20]);
   s.blend = static_cast<PatchBlend>(parm[24]);
   s.cuts = static_cast<CutLayout>(parm[25]);
+  s.stored_blocks = load_u32(&parm[28]);
+  s.wraps = head.wrap_u == Wrap::repeat;
   if (const Result<Done> checked = check_patch_shape(s, head); !checked) return checked.error();
   return s;
 }
 
+std::uint64_t patch_map_bits(const PatchShape& s, const Map& map) {
+  return stored_texels(s) * map.channels * sample_bits(map.type);
+}
+
 std::uint64_t patch_formula_bits(const PatchShape& s, std::span<const Map> maps) {
   std::uint64_t bits = 8 * kParmBytes;
-  for (const Map& map : maps) {
-    bits += std::uint64_t{s.sample_width} * s.sample_height * map.channels * sample_bits(map.type);
-  }
+  for (const Map& map : maps) bits += patch_map_bits(s, map);
+  if (s.stored_blocks != 0) bits += 32 * ceil_div(std::uint64_t{s.blocks_x()} * s.blocks_y(), 32);
   bits += 32 * (s.wide_coordinates() ? s.patches() : ceil_div(s.patches(), 2));
   for (const std::uint64_t cuts : {s.cuts_v(), s.cuts_h()}) {
     if (s.cuts == CutLayout::rgba8) bits += 32 * cuts * ceil_div(s.size, 4);
@@ -290,9 +370,7 @@ std::uint64_t patch_memory_bits(const PatchShape& s, std::span<const Map> maps) 
 // The paper's section V, for any number of channels, sample widths and patches a side.
 std::uint64_t patch_paper_bits(const PatchShape& s, std::span<const Map> maps) {
   std::uint64_t bits = 64 + (s.wide_coordinates() ? 32 : 16) * s.patches();
-  for (const Map& map : maps) {
-    bits += std::uint64_t{s.sample_width} * s.sample_height * map.channels * sample_bits(map.type);
-  }
+  for (const Map& map : maps) bits += patch_map_bits(s, map);
   return bits + (s.cuts_v() + s.cuts_h()) * s.size * entry_bits(s);
 }
 
@@ -305,7 +383,10 @@ std::vector<RawChunk> patch_write(const Head& head, const PatchShape& s, const P
     if (spec.key.type == kCoor) raw = pack_positions(s, recipe.positions);
     if (spec.key.type == kCutV) raw = pack_cuts(s, recipe.cuts_v, s.cuts_v());
     if (spec.key.type == kCutH) raw = pack_cuts(s, recipe.cuts_h, s.cuts_h());
-    if (spec.key.type == kSmpl) raw = pack_sample(head.maps[spec.key.part], samples[spec.key.part]);
+    if (spec.key.type == kTrim) raw = pack_blocks(s, recipe.blocks);
+    if (spec.key.type == kSmpl) {
+      raw = pack_sample(s, head.maps[spec.key.part], samples[spec.key.part], recipe.blocks);
+    }
     chunks.push_back({spec.key, std::move(raw)});
   }
   return chunks;
@@ -330,9 +411,12 @@ Result<Layout> patch_layout(const Head& head, ByteView parm) {
   add("k_y", s.count_y);
   add("w_b", s.size);
   add("w_e", s.overlap);
+  add("stored_blocks", s.stored_blocks);
   layout.parameters.push_back({"blend", s.blend == PatchBlend::liang ? "liang" : "quilting", false});
   constexpr const char* kLayouts[] = {"none", "rgba8", "packed"};
   layout.parameters.push_back({"pack", kLayouts[static_cast<std::size_t>(s.cuts)], false});
+  layout.parameters.push_back({"wraps", s.wraps ? "yes" : "no", false});
+  for (const Map& map : head.maps) layout.map_bits.push_back(patch_map_bits(s, map));
   return layout;
 }
 
@@ -342,8 +426,17 @@ Result<LoadedItem> patch_load(const Head& head, ByteView parm, const ChunkReader
   const PatchShape& s = *shape;
   LoadedItem item;
   item.head = head;
+  std::vector<bool> blocks;
+  if (s.stored_blocks != 0) {
+    const Result<Bytes> raw = read({kTrim, kPayloadFlags});
+    if (!raw) return raw.error();
+    Result<std::vector<bool>> unpacked = unpack_blocks(s, *raw);
+    if (!unpacked) return unpacked.error();
+    blocks = *std::move(unpacked);
+  }
+  const std::vector<std::int64_t> order = stored_order(s, blocks);
   for (const ChunkSpec& spec : payload_chunks(s, head.maps)) {
-    if (spec.key.type == kParm) continue;
+    if (spec.key.type == kParm || spec.key.type == kTrim) continue;
     const Result<Bytes> raw = read(spec.key);
     if (!raw) return raw.error();
     if (spec.key.type == kCoor) item.words[PATCH_COORDINATES] = to_words(*raw);
@@ -353,7 +446,7 @@ Result<LoadedItem> patch_load(const Head& head, ByteView parm, const ChunkReader
       const Map& map = head.maps[spec.key.part];
       item.planes.push_back({s.sample_width, s.sample_height, map.channels, padded_texel_bits(map), map.type,
                              PATCH_SAMPLE, static_cast<std::uint32_t>(item.words[PATCH_SAMPLE].size())});
-      if (const auto added = append_plane(s, map, *raw, item.words[PATCH_SAMPLE]); !added)
+      if (const auto added = append_plane(s, map, *raw, order, item.words[PATCH_SAMPLE]); !added)
         return added.error();
     }
   }
@@ -361,6 +454,7 @@ Result<LoadedItem> patch_load(const Head& head, ByteView parm, const ChunkReader
   for (std::size_t m = 0; m < head.maps.size(); ++m) {
     const PatchParams params{head.width,
                              head.height,
+                             s.wraps ? 1u : 0u,
                              s.sample_width,
                              s.count_x,
                              s.count_y,

@@ -20,19 +20,23 @@ struct PatchShape {
   std::uint32_t overlap = 0;                          // w_E
   PatchBlend blend = PatchBlend::quilting;
   CutLayout cuts = CutLayout::packed;
+  bool wraps = false;               // of HEAD: border patches overlap those of the other side
+  std::uint32_t stored_blocks = 0;  // of 4x4 texels of the sample; 0: stored whole
   bool operator==(const PatchShape&) const = default;
 
   std::uint32_t step() const { return size - overlap; }
   std::uint64_t patches() const { return std::uint64_t{count_x} * count_y; }
   std::uint64_t cuts_v() const {
-    return blend == PatchBlend::liang ? 0 : std::uint64_t{count_x - 1} * count_y;
+    return blend == PatchBlend::liang ? 0 : std::uint64_t{wraps ? count_x : count_x - 1} * count_y;
   }
   std::uint64_t cuts_h() const {
-    return blend == PatchBlend::liang ? 0 : std::uint64_t{count_y - 1} * count_x;
+    return blend == PatchBlend::liang ? 0 : std::uint64_t{wraps ? count_y : count_y - 1} * count_x;
   }
   // Texels of the whole synthesised texture.
-  std::uint64_t full_width() const { return std::uint64_t{count_x} * step() + overlap; }
-  std::uint64_t full_height() const { return std::uint64_t{count_y} * step() + overlap; }
+  std::uint64_t full_width() const { return std::uint64_t{count_x} * step() + (wraps ? 0 : overlap); }
+  std::uint64_t full_height() const { return std::uint64_t{count_y} * step() + (wraps ? 0 : overlap); }
+  std::uint32_t blocks_x() const { return (sample_width + 3) / 4; }
+  std::uint32_t blocks_y() const { return (sample_height + 3) / 4; }
   bool wide_coordinates() const { return sample_width > 256 || sample_height > 256; }
 };
 
@@ -46,6 +50,7 @@ struct PatchPosition {
 struct PatchRecipe {
   std::vector<PatchPosition> positions;
   std::vector<std::uint16_t> cuts_v, cuts_h;
+  std::vector<bool> blocks;  // which blocks of the sample are stored, in rows; empty: all
   bool operator==(const PatchRecipe&) const = default;
 };
 
@@ -60,6 +65,8 @@ Result<PatchShape> read_patch_parm(ByteView parm, const Head& head);
 
 // The closed formulas of spec/models/patch.md section 3, all in bits.
 std::uint64_t patch_formula_bits(const PatchShape& shape, std::span<const Map> maps);
+// What one map of a set adds: its SMPL.
+std::uint64_t patch_map_bits(const PatchShape& shape, const Map& map);
 std::uint64_t patch_memory_bits(const PatchShape& shape, std::span<const Map> maps);
 std::uint64_t patch_paper_bits(const PatchShape& shape, std::span<const Map> maps);
 

@@ -20,6 +20,7 @@ const uint PATCH_QUILTING = 1u;
 struct PatchParams {
   uint width;  // texels of the texture
   uint height;
+  uint wraps;         // 1: the texture repeats, and border patches overlap those of the other side
   uint sample_width;  // texels
   uint patch_count_x;
   uint patch_count_y;
@@ -58,12 +59,13 @@ BTFC_FN uint patch_cut(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint slot, uint
 
 // The cut between patch (i, j) and its left neighbour, at local row v.
 BTFC_FN uint patch_cut_v(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint i, uint j, uint v) {
-  return patch_cut(words, p, PATCH_CUTS_V, j * (p.patch_count_x - 1u) + i - 1u, v);
+  uint cut = p.wraps == 1u ? j * p.patch_count_x + i : j * (p.patch_count_x - 1u) + i - 1u;
+  return patch_cut(words, p, PATCH_CUTS_V, cut, v);
 }
 
 // The cut between patch (i, j) and the one above, at local column u.
 BTFC_FN uint patch_cut_h(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint i, uint j, uint u) {
-  return patch_cut(words, p, PATCH_CUTS_H, (j - 1u) * p.patch_count_x + i, u);
+  return patch_cut(words, p, PATCH_CUTS_H, (p.wraps == 1u ? j : j - 1u) * p.patch_count_x + i, u);
 }
 
 // The sample's codes that patch (i, j) shows at local (u, v).
@@ -100,39 +102,42 @@ BTFC_FN uvec4 patch_codes(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint x, uint
   uint j = min(y / step, p.patch_count_y - 1u);
   uint u = x - i * step;
   uint v = y - j * step;
-  bool in_left = i > 0u && u < p.overlap;
-  bool in_above = j > 0u && v < p.overlap;
+  bool in_left = (i > 0u || p.wraps == 1u) && u < p.overlap;
+  bool in_above = (j > 0u || p.wraps == 1u) && v < p.overlap;
+  uint left = i > 0u ? i - 1u : p.patch_count_x - 1u;  // used in overlaps only
+  uint above = j > 0u ? j - 1u : p.patch_count_y - 1u;
 
   if (p.blend == PATCH_QUILTING) {
     uint top_i = i;
     uint top_u = u;
     if (in_left && u < patch_cut_v(words, p, i, j, v)) {
-      top_i = i - 1u;
+      top_i = left;
       top_u = u + step;
     }
-    if (!in_above || v >= patch_cut_h(words, p, top_i, j, top_u))
+    if (!in_above || v >= patch_cut_h(words, p, top_i, j, top_u)) {
       return patch_texel(words, p, top_i, j, top_u, v);
-    if (in_left && u < patch_cut_v(words, p, i, j - 1u, v + step)) {
-      return patch_texel(words, p, i - 1u, j - 1u, u + step, v + step);
     }
-    return patch_texel(words, p, i, j - 1u, u, v + step);
+    if (in_left && u < patch_cut_v(words, p, i, above, v + step)) {
+      return patch_texel(words, p, left, above, u + step, v + step);
+    }
+    return patch_texel(words, p, i, above, u, v + step);
   }
 
   uint across = in_left ? patch_weight(u, p.overlap) : 256u;
   uvec4 row = patch_texel(words, p, i, j, u, v);
-  if (in_left) row = patch_lerp(p.sample_type, patch_texel(words, p, i - 1u, j, u + step, v), row, across);
+  if (in_left) row = patch_lerp(p.sample_type, patch_texel(words, p, left, j, u + step, v), row, across);
   if (!in_above) return row;
-  uvec4 above = patch_texel(words, p, i, j - 1u, u, v + step);
+  uvec4 upper = patch_texel(words, p, i, above, u, v + step);
   if (in_left) {
-    above =
-        patch_lerp(p.sample_type, patch_texel(words, p, i - 1u, j - 1u, u + step, v + step), above, across);
+    upper = patch_lerp(p.sample_type, patch_texel(words, p, left, above, u + step, v + step), upper, across);
   }
-  return patch_lerp(p.sample_type, above, row, patch_weight(v, p.overlap));
+  return patch_lerp(p.sample_type, upper, row, patch_weight(v, p.overlap));
 }
 
 // The answer for any query: codes, then values.
 BTFC_FN uvec4 patch_eval_codes(BTFC_WORDS words, BTFC_IN(PatchParams) p, BTFC_IN(BtfcQuery) q) {
-  return patch_codes(words, p, btfc_wrap(q.texel.x, p.width, 0u), btfc_wrap(q.texel.y, p.height, 0u));
+  return patch_codes(words, p, btfc_wrap(q.texel.x, p.width, p.wraps),
+                     btfc_wrap(q.texel.y, p.height, p.wraps));
 }
 
 BTFC_FN vec4 patch_eval(BTFC_WORDS words, BTFC_IN(PatchParams) p, BTFC_IN(BtfcQuery) q) {

@@ -142,6 +142,111 @@ TEST(PatchRoundTrip, MapsOfDifferentSizesAreRefusedByName) {
   EXPECT_NE(result.error().message.find("'height' has 20x21"), std::string::npos) << result.error().message;
 }
 
+// A texture that wraps: what is decoded is what was synthesised, also across the border, for one patch and
+// for many.
+TEST(PatchTileable, WrapsForOneTwoAndManyPatches) {
+  for (const char* k : {"1", "2", "1x3", "4x1", "5x4"}) {
+    for (const SampleType type : {SampleType::unorm8, SampleType::unorm16, SampleType::float16}) {
+      const Image image = noise(24, 21, 3, type);
+      for (OptionValues options :
+           {OptionValues{{"wb", "12"}, {"we", "5"}}, OptionValues{{"wb", "8"}, {"we", "4"}},
+            OptionValues{{"wb", "9"}, {"we", "1"}}}) {
+        options["k"] = k;
+        options["tileable"] = "";
+        for (const char* blend : {"liang", "quilting"}) {
+          options["blend"] = blend;
+          expect_decoded_is_synthesised(image, options,
+                                        std::string(blend) + " k " + k + " w_B " + options["wb"]);
+          const Bytes file = encode("patch", image, options);
+          const Result<OpenedFile> opened = open_bytes(file);
+          ASSERT_TRUE(opened);
+          EXPECT_EQ(opened->head.wrap_u, Wrap::repeat);
+          const TexturePtr t = load(file);
+          const auto w = static_cast<std::int32_t>(opened->head.width),
+                     h = static_cast<std::int32_t>(opened->head.height);
+          std::vector<std::uint16_t> here(3), there(3);
+          const auto texel = [&](std::int32_t x, std::int32_t y, std::vector<std::uint16_t>& out) {
+            const std::int32_t at[2] = {x, y};
+            ASSERT_EQ(btfc_decode_texels(t.get(), nullptr, 0, at, 1, BTFC_UNORM16, out.data(), 6), BTFC_OK);
+          };
+          for (std::int32_t q = 0; q < 40; ++q) {
+            texel(q % w, q * 3 % h, here);
+            texel(q % w - w * 7, q * 3 % h + h * 5, there);
+            EXPECT_EQ(here, there);
+          }
+        }
+      }
+    }
+  }
+}
+
+// The seam of a wrapped texture is no worse than an inner join: a smooth periodic sample gives a smooth
+// border.
+TEST(PatchTileable, BorderIsAsSmoothAsTheInside) {
+  const Image image = material("grain", 96, 96);
+  for (const char* blend : {"liang", "quilting"}) {
+    const Image out =
+        decode(encode("patch", image, {{"size", "280x280"}, {"tileable", ""}, {"blend", blend}}))[0];
+    ASSERT_EQ(out.width, 280u);
+    const auto step = [&](std::uint32_t x0, std::uint32_t x1) {  // mean absolute difference of two columns
+      double sum = 0;
+      for (std::uint32_t y = 0; y < out.height; ++y) sum += std::abs(out.at(x0, y, 1) - out.at(x1, y, 1));
+      return sum / out.height;
+    };
+    double inside = 0;
+    for (std::uint32_t x = 0; x + 1 < out.width; ++x) inside += step(x, x + 1) / (out.width - 1);
+    EXPECT_LT(step(out.width - 1, 0), 1.6 * inside) << blend;
+  }
+}
+
+TEST(PatchTileable, SizesThatDoNotTileAreRefused) {
+  FitSettings settings;
+  settings.options = {{"size", "101x103"}, {"tileable", ""}, {"wb", "20"}};
+  const Result<FitResult> result =
+      fitter(ModelId::patch).fit({{{"image", noise(40, 40, 3, SampleType::unorm8)}}}, settings);
+  ASSERT_FALSE(result);
+  EXPECT_NE(result.error().message.find("must divide both sides"), std::string::npos)
+      << result.error().message;
+  for (const char* size : {"1024x1024", "512x768", "1000x600", "97x97"}) {
+    const std::vector<Image> maps =
+        decode(encode("patch", noise(128, 128, 1, SampleType::unorm8), {{"size", size}, {"tileable", ""}}));
+    ASSERT_EQ(maps.size(), 1u) << size;
+    EXPECT_EQ(std::to_string(maps[0].width) + "x" + std::to_string(maps[0].height), size);
+  }
+}
+
+TEST(PatchTrim, DecodesTheSameAndIsSmaller) {
+  const Image image = material("pebbles", 66, 59);  // blocks reach outside at the border
+  for (const char* blend : {"liang", "quilting"}) {
+    for (const char* tileable : {"no", "yes"}) {
+      OptionValues options = {{"k", "3"}, {"wb", "12"}, {"we", "4"}, {"blend", blend}};
+      if (std::string(tileable) == "yes") options["tileable"] = "";
+      const Bytes whole = encode("patch", image, options);
+      options["trim-sample"] = "";
+      const Bytes trimmed = encode("patch", image, options);
+      EXPECT_TRUE(verify_bytes(trimmed)) << verify_bytes(trimmed).error().message;
+      EXPECT_LT(trimmed.size(), whole.size() * 9 / 10);
+      EXPECT_EQ(decode(whole)[0].codes, decode(trimmed)[0].codes) << blend;
+    }
+  }
+}
+
+TEST(PatchTrim, AllUsedAndOneCorner) {
+  const Image image = noise(16, 16, 3, SampleType::unorm8);
+  const OptionValues all = {{"k", "1"}, {"wb", "16"}, {"we", "0"}, {"trim-sample", ""}};
+  EXPECT_EQ(encode("patch", image, all), encode("patch", image, {{"k", "1"}, {"wb", "16"}, {"we", "0"}}));
+  // One patch of a large sample, of which the texture shows four texels.
+  const Image large = noise(64, 64, 3, SampleType::unorm8);
+  const FitResult corner =
+      fit("patch", large, {{"k", "1"}, {"wb", "32"}, {"we", "0"}, {"size", "2x2"}, {"trim-sample", ""}});
+  for (const RawChunk& chunk : corner.chunks) {
+    if (type_name(chunk.key.type) == "SMPL") {
+      EXPECT_LE(chunk.raw.size(), 4u * 48u);
+    }
+  }
+  EXPECT_TRUE(verify_bytes(pack(corner)));
+}
+
 TEST(PatchDeterminism, ThreadsAndSeeds) {
   const Image image = material("pebbles", 64, 64);
   const OptionValues options = {{"size", "200x200"}};
@@ -179,10 +284,10 @@ TEST(PatchSearch, LongRowsDoNotOverflow) {
   for (std::size_t i = 0; i < image.codes.size() / 2; ++i) image.codes[i] = 65535;
   const MatchImage match = match_image(MatchTables({&image, 1}), {&image, 1});
   BoundaryZone zone;
-  zone.length = {4, 0, 0, 0};
+  zone.runs = {{0, 0, 4}};
   zone.values.assign(16, 4095);
   EXPECT_EQ(find_candidates(match, 4, zone, 0.1), find_candidates_plain(match, 4, zone, 0.1));
-  zone.length = {696, 696};
+  zone.runs = {{0, 0, 696}, {1, 0, 696}};
   zone.values.assign(2 * 696 * 4, 0);
   EXPECT_EQ(find_candidates(match, 4, zone, 0.0), find_candidates_plain(match, 4, zone, 0.0));
 }

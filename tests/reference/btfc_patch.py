@@ -20,15 +20,16 @@ class Model:
     """What the container asks of a model class: TYPES, a constructor that checks the parameters' rules,
     demands, check_contents, the three sizes, open, decode_texel and decode_texels."""
 
-    TYPES = frozenset((b"COOR", b"CUTV", b"CUTH", b"SMPL"))
+    TYPES = frozenset((b"COOR", b"CUTV", b"CUTH", b"SMPL", b"TRIM"))
     NAME = "patch"
 
     def __init__(self, head, parm):
         self.head = head
-        require(len(parm) == 28, "PA1", f"PARM has {len(parm)} bytes")
-        (self.m, self.n, self.kx, self.ky, self.w_B, self.w_E, self.blend, self.layout,
-         reserved) = struct.unpack("<6I2BH", parm)
-        single = self.kx == self.ky == 1
+        require(len(parm) == 32, "PA1", f"PARM has {len(parm)} bytes")
+        (self.m, self.n, self.kx, self.ky, self.w_B, self.w_E, self.blend, self.layout, reserved,
+         self.stored_blocks) = struct.unpack("<6I2BHI", parm)
+        self.wraps = head.wrap_u == head.wrap_v == 1
+        single = self.kx == self.ky == 1 and not self.wraps
         for what, value, least, most in (
                 ("sample_width", self.m, 2, 65536), ("sample_height", self.n, 2, 65536),
                 ("patch_count_x", self.kx, 1, 2 ** 32), ("patch_count_y", self.ky, 1, 2 ** 32),
@@ -40,15 +41,24 @@ class Model:
         require(self.layout != RGBA8 or self.w_E <= 256, "PA2", "overlap above 256 with rgba8")
         self.s = self.w_B - self.w_E
         for what, size, k in (("width", head.width, self.kx), ("height", head.height, self.ky)):
-            require((k - 1) * self.s < size <= k * self.w_B - (k - 1) * self.w_E, "PA3", f"{what} is {size}")
+            fits = size == k * self.s if self.wraps else (
+                (k - 1) * self.s < size <= k * self.w_B - (k - 1) * self.w_E)
+            require(fits, "PA3", f"{what} is {size}")
         require(head.views == head.lights == head.pairs == 1, "PA4", "the model has no directions")
-        require(head.wrap_u == head.wrap_v == head.unbounded == 0, "PA4", "wrap or unbounded is set")
+        require(head.wrap_u == head.wrap_v, "PA4", "the texture wraps in one direction only")
+        require(head.unbounded == 0, "PA4", "unbounded is set")
         self.narrow = self.m <= 256 and self.n <= 256
         self.b = ceil_log2(self.w_E)
         self.cuts_v, self.cuts_h = (self.kx - 1) * self.ky, self.kx * (self.ky - 1)
+        if self.wraps:
+            self.cuts_v = self.cuts_h = self.kx * self.ky
+        self.block_columns = ceil_div(self.m, 4)
+        self.blocks = self.block_columns * ceil_div(self.n, 4)
+        self.T = 16 * self.stored_blocks or self.m * self.n
         for kind, part, raw_bytes in self.demands():
             require(raw_bytes <= MAX_RAW, "PA5", f"{kind.decode()} (part {part}) would have {raw_bytes} bytes")
         require(4 * sum(map(self._plane_words, head.maps)) <= MAX_RAW, "PA5", "the planes are too large")
+        require(self.stored_blocks < self.blocks, "PA9", f"stored_blocks is {self.stored_blocks} of {self.blocks}")
 
     # Sections 2 and 3
 
@@ -65,9 +75,10 @@ class Model:
 
     def demands(self):
         """Type, part and raw_bytes of every critical chunk but HEAD."""
-        rows = [(b"PARM", 0, 28), (b"COOR", 0, self._coor_bytes()), (b"CUTV", 0, self._cut_bytes(self.cuts_v)),
-                (b"CUTH", 0, self._cut_bytes(self.cuts_h))]
-        rows += [(b"SMPL", i, self.m * self.n * m.channels * m.bits // 8) for i, m in enumerate(self.head.maps)]
+        rows = [(b"PARM", 0, 32), (b"COOR", 0, self._coor_bytes()), (b"CUTV", 0, self._cut_bytes(self.cuts_v)),
+                (b"CUTH", 0, self._cut_bytes(self.cuts_h)),
+                (b"TRIM", 0, 4 * ceil_div(self.blocks, 32) if self.stored_blocks else 0)]
+        rows += [(b"SMPL", i, self.T * m.channels * m.bits // 8) for i, m in enumerate(self.head.maps)]
         return [row for row in rows if row[2]]
 
     def formula_bits(self):
@@ -81,7 +92,7 @@ class Model:
         return 32 * (words + sum(map(self._plane_words, self.head.maps)))
 
     def paper_bits(self):
-        bits = self.m * self.n * sum(m.channels * m.bits for m in self.head.maps)
+        bits = self.T * sum(m.channels * m.bits for m in self.head.maps)
         bits += (16 if self.narrow else 32) * self.kx * self.ky + 64
         return bits + (self.cuts_v + self.cuts_h) * self.w_B * self.b if self.blend == QUILTING else bits
 
@@ -117,6 +128,20 @@ class Model:
             if m.sample_type == FLOAT16:
                 codes = np.frombuffer(chunk(b"SMPL", i), "<u2")
                 require(((codes & 0x7C00) != 0x7C00).all(), "PA8", f"map {i} holds a value that is not finite")
+        if self.stored_blocks:
+            self._check_trim(chunk)
+
+    def _check_trim(self, chunk):
+        bits = np.unpackbits(np.frombuffer(chunk(b"TRIM"), "u1"), bitorder="little")
+        require(not bits[self.blocks:].any(), "PA9", "unused bits of TRIM are not 0")
+        stored = np.nonzero(bits)[0]
+        require(len(stored) == self.stored_blocks, "PA9", f"TRIM has {len(stored)} bits set")
+        inside_x = stored[:, None] % self.block_columns * 4 + np.arange(4) < self.m
+        inside_y = stored[:, None] // self.block_columns * 4 + np.arange(4) < self.n
+        outside = ~(inside_y[:, :, None] & inside_x[:, None, :])
+        for i, m in enumerate(self.head.maps):
+            codes = np.frombuffer(chunk(b"SMPL", i), "u1" if m.bits == 8 else "<u2").reshape(-1, 4, 4, m.channels)
+            require(not codes[outside].any(), "PA9", f"map {i}: a texel outside the sample is not 0")
 
     def _check_cuts(self, name, raw, cuts):
         for first in range(0, cuts * self.w_B, BLOCK):
@@ -134,6 +159,7 @@ class Model:
 
     def open(self, chunk):
         self.coor, self.cutv, self.cuth = chunk(b"COOR"), chunk(b"CUTV"), chunk(b"CUTH")
+        self.trim = chunk(b"TRIM")
         self.smpl = [chunk(b"SMPL", i) for i in range(len(self.head.maps))]
 
     def decode_texel(self, map_index, x, y):
@@ -145,38 +171,52 @@ class Model:
         shape, x, y = x.shape, x.astype(np.int64).ravel(), y.astype(np.int64).ravel()
         i, j = np.minimum(x // self.s, self.kx - 1), np.minimum(y // self.s, self.ky - 1)
         u, v = x - i * self.s, y - j * self.s
-        mx, my = (i > 0) & (u < self.w_E), (j > 0) & (v < self.w_E)
+        mx, my = (u < self.w_E) & ((i > 0) | self.wraps), (v < self.w_E) & ((j > 0) | self.wraps)
         m = self.head.maps[map_index]
         plane = np.frombuffer(self.smpl[map_index], "u1" if m.bits == 8 else "<u2").reshape(-1, m.channels)
         coordinates = self._coordinates(self.coor)
+        stored = np.unpackbits(np.frombuffer(self.trim, "u1"), bitorder="little").astype(bool)
+        rank = np.cumsum(stored) - stored
 
         def texels(i, j, a, b):
             origin = coordinates[j * self.kx + i].astype(np.int64)
-            return plane[(origin[:, 1] + b) * self.m + origin[:, 0] + a]
+            column, row = origin[:, 0] + a, origin[:, 1] + b
+            if not self.stored_blocks:
+                return plane[row * self.m + column]
+            block = (row >> 2) * self.block_columns + (column >> 2)
+            out = np.zeros((len(block), m.channels), plane.dtype)
+            at = np.nonzero(stored[block])[0]
+            out[at] = plane[rank[block[at]] * 16 + (row[at] & 3) * 4 + (column[at] & 3)]
+            return out
 
         blend = self._quilting if self.blend == QUILTING else self._liang
         return blend(texels, m, i, j, u, v, mx, my).reshape(shape + (m.channels,))
 
+    @staticmethod
+    def _before(i, k):
+        """Columns to the left, or rows above. Only wrapping textures ask for the one before 0."""
+        return np.where(i > 0, i, k) - 1
+
     def _quilting(self, texels, m, i, j, u, v, mx, my):
         def cutv(i, j, v):
-            return self._entries(self.cutv, j * (self.kx - 1) + i - 1, v)
+            return self._entries(self.cutv, j * self.kx + i if self.wraps else j * (self.kx - 1) + i - 1, v)
 
         def cuth(i, j, u):
-            return self._entries(self.cuth, (j - 1) * self.kx + i, u)
+            return self._entries(self.cuth, (j if self.wraps else j - 1) * self.kx + i, u)
 
         pi, pj, a, b = i.copy(), j.copy(), u.copy(), v.copy()
         at = np.nonzero(mx)[0]
         at = at[u[at] < cutv(i[at], j[at], v[at])]
-        pi[at] -= 1
+        pi[at] = self._before(i[at], self.kx)
         a[at] += self.s
         at = np.nonzero(my)[0]
         at = at[v[at] < cuth(pi[at], j[at], a[at])]
         pi[at], a[at] = i[at], u[at]
-        pj[at] -= 1
+        pj[at] = self._before(j[at], self.ky)
         b[at] += self.s
         at = at[mx[at]]
-        at = at[u[at] < cutv(i[at], j[at] - 1, v[at] + self.s)]
-        pi[at] -= 1
+        at = at[u[at] < cutv(i[at], pj[at], b[at])]
+        pi[at] = self._before(i[at], self.kx)
         a[at] += self.s
         return texels(pi, pj, a, b)
 
@@ -190,13 +230,14 @@ class Model:
             """Step 4a for the row of patches j, at local row b."""
             row = texels(i[at], j, u[at], b)
             both = np.nonzero(mx[at])[0]
-            left = texels(i[at[both]] - 1, j[both], u[at[both]] + s, b[both])
+            left = texels(self._before(i[at[both]], self.kx), j[both], u[at[both]] + s, b[both])
             row[both] = lerp_arrays(left, row[both], weight(u[at[both]]), m.sample_type)
             return row
 
         out = row_at(np.arange(len(i)), j, v)
         at = np.nonzero(my)[0]
-        out[at] = lerp_arrays(row_at(at, j[at] - 1, v[at] + s), out[at], weight(v[at]), m.sample_type)
+        above = row_at(at, self._before(j[at], self.ky), v[at] + s)
+        out[at] = lerp_arrays(above, out[at], weight(v[at]), m.sample_type)
         return out
 
 
@@ -235,10 +276,20 @@ def decode_texel(item, map_index, x, y):
         return sum((word(raw, q // 32) >> q % 32 & 1) << q - first for q in range(first, first + item.b))
 
     def CUTV(i, j, v):
-        return cut_entry(item.cutv, j * (item.kx - 1) + i - 1, v)
+        return cut_entry(item.cutv, j * item.kx + i if item.wraps else j * (item.kx - 1) + i - 1, v)
 
     def CUTH(i, j, u):
-        return cut_entry(item.cuth, (j - 1) * item.kx + i, u)
+        return cut_entry(item.cuth, j * item.kx + i if item.wraps else (j - 1) * item.kx + i, u)
+
+    def place(X, Y):
+        """The number of the sample's texel (X, Y) in SMPL, None where its block is not stored (section 2.1)."""
+        if item.stored_blocks == 0:
+            return Y * item.m + X
+        block = Y // 4 * ceil_div(item.m, 4) + X // 4
+        bits = int.from_bytes(item.trim, "little")
+        if not bits >> block & 1:
+            return None
+        return 16 * bin(bits & (1 << block) - 1).count("1") + 4 * (Y % 4) + X % 4
 
     def texel(i, j, a, b):
         p = j * item.kx + i
@@ -248,7 +299,10 @@ def decode_texel(item, map_index, x, y):
         else:
             X, Y = word(item.coor, p) & 65535, word(item.coor, p) >> 16
         size = m.bits // 8
-        at = ((Y + b) * item.m + X + a) * m.channels * size
+        q = place(X + a, Y + b)
+        if q is None:
+            return [0] * m.channels
+        at = q * m.channels * size
         raw = item.smpl[map_index]
         return [int.from_bytes(raw[at + c * size:at + (c + 1) * size], "little") for c in range(m.channels)]
 
@@ -264,21 +318,23 @@ def decode_texel(item, map_index, x, y):
     j = min(y // s, item.ky - 1)
     v = y - j * s
     # 2
-    mx = i > 0 and u < w_E
-    my = j > 0 and v < w_E
+    mx = u < w_E and (i > 0 or item.wraps)
+    my = v < w_E and (j > 0 or item.wraps)
+    left = item.kx - 1 if item.wraps and i == 0 else i - 1
+    up = item.ky - 1 if item.wraps and j == 0 else j - 1
     # 3
     if item.blend == QUILTING:
-        i_t, u_t = (i - 1, u + s) if mx and u < CUTV(i, j, v) else (i, u)
+        i_t, u_t = (left, u + s) if mx and u < CUTV(i, j, v) else (i, u)
         if not my or v >= CUTH(i_t, j, u_t):
             return texel(i_t, j, u_t, v)
-        if mx and u < CUTV(i, j - 1, v + s):
-            return texel(i - 1, j - 1, u + s, v + s)
-        return texel(i, j - 1, u, v + s)
+        if mx and u < CUTV(i, up, v + s):
+            return texel(left, up, u + s, v + s)
+        return texel(i, up, u, v + s)
     # 4
     D = texel(i, j, u, v)
-    row = mix(texel(i - 1, j, u + s, v), D, weight(u)) if mx else D
+    row = mix(texel(left, j, u + s, v), D, weight(u)) if mx else D
     if not my:
         return row
-    B = texel(i, j - 1, u, v + s)
-    above = mix(texel(i - 1, j - 1, u + s, v + s), B, weight(u)) if mx else B
+    B = texel(i, up, u, v + s)
+    above = mix(texel(left, up, u + s, v + s), B, weight(u)) if mx else B
     return mix(above, row, weight(v))

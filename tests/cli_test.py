@@ -1,0 +1,660 @@
+#!/usr/bin/env python3
+"""The command as a user meets it: exit codes, messages, JSON, and what lies on the disk afterwards.
+
+cli_test.py --btfc PATH [--source DIR] [unittest arguments]
+"""
+
+import argparse
+import json
+import math
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+import make_vectors as files
+
+try:
+    import xxhash
+except ImportError:
+    xxhash = None
+
+BTFC, SOURCE = None, files.ROOT
+USAGE, IO, INVALID, UNSUPPORTED, DIFFERENT = 1, 2, 3, 5, 7
+NOBODY = 65534
+HEIGHT = 8000  # of the widest texture that is encoded
+
+SIZE_KEYS = {"model", "format_version", "width", "height", "channels", "views", "lights", "pairs", "payload_bits",
+             "formula_bits", "memory_bits", "raw_bytes_u8", "bits_per_texel", "bits_per_sample", "ratio_u8",
+             "ratio_u16", "unbounded", "paper", "parameters"}
+INFO_KEYS = SIZE_KEYS | {"file_bytes", "header_bytes", "index_bytes", "padding_bytes", "stored_bytes"}
+COMPARE_KEYS = {"psnr_db", "rmse_8bit", "ssim", "peak_8bit"}
+BENCH_KEYS = {"cpu_full_mtexel_s", "cpu_random_mtexel_s", "cpu_batch_mtexel_s", "cpu_naive_mtexel_s",
+              "memcpy_mtexel_s", "raw_random_mtexel_s", "threads"}
+ENCODE_KEYS = {"output", "model", "width", "height", "file_bytes", "payload_bits", "formula_bits", "bits_per_texel",
+               "seconds"}
+
+
+def run(*args, **more):
+    return subprocess.run([BTFC, *map(str, args)], capture_output=True, text=True, **more)
+
+
+def peak_of(*args):
+    """(exit code, peak resident bytes, seconds) of the command, measured by a process that has no other child."""
+    script = ("import resource, subprocess, sys\n"
+              "done = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL)\n"
+              "print(done.returncode, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)")
+    begin = time.monotonic()
+    done = subprocess.run([sys.executable, "-c", script, BTFC, *map(str, args)], capture_output=True, text=True)
+    status, peak = map(int, done.stdout.split())
+    return status, 1024 * peak, time.monotonic() - begin
+
+
+class CommandTest(unittest.TestCase):
+    """A folder with a sample, an encoded file and what is wrong with other files."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = Path(cls.temporary.name)
+        cls.image, cls.grey, cls.file = (str(cls.folder / name) for name in ("image.png", "grey.png", "file.btfc"))
+        for args in (["synth", "bricks", "-o", cls.image, "--size", "32x32"],
+                     ["encode", cls.image, "-o", cls.file, "--model", "patch", "--k", "4", "--wb", "12", "--we", "4"]):
+            done = run(*args)
+            assert done.returncode == 0, done.stderr
+        files.write_png(cls.grey, 16, 16, 1, 8, files.noise(256, 8, 1))
+        data = Path(cls.file).read_bytes()
+        for name, content in (("text.btfc", b"This is no texture.\n" * 20), ("short.btfc", b"text\n"),
+                              ("cut.btfc", data[:-1]), ("empty.btfc", b""),
+                              ("damaged.btfc", data[:400] + bytes([data[400] ^ 1]) + data[401:])):
+            (cls.folder / name).write_bytes(content)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def setUp(self):
+        for name in ("out.btfc", "out.png"):
+            Path(self.path(name)).unlink(missing_ok=True)
+
+    def path(self, name):
+        return str(self.folder / name)
+
+    def ok(self, *args):
+        done = run(*args)
+        self.assertEqual(done.returncode, 0, f"{args}: {done.stderr}")
+        self.assertEqual(done.stderr, "", args)
+        return done.stdout
+
+    def json(self, *args):
+        return json.loads(self.ok(*args))
+
+    def fails(self, status, *args, says=(), **more):
+        """The command ends with the status, says one line on standard error and nothing on standard output."""
+        done = run(*args, **more)
+        with self.subTest(" ".join(map(str, args))):
+            self.assertEqual(done.returncode, status, done.stderr)
+            self.assertEqual(done.stdout, "")
+            self.assertRegex(done.stderr, r"\Abtfc[^\n]{10,}\n\Z")
+            for text in [says] if isinstance(says, str) else says:
+                self.assertIn(text, done.stderr)
+        return done.stderr
+
+    def encode(self, name, *args, image=None):
+        out = self.path(name)
+        inputs = [] if image == () else [image or self.image]
+        self.ok("encode", *inputs, "-o", out, "--model", "patch", *args)
+        return out
+
+
+class ExitCodeTest(CommandTest):
+    def test_help(self):
+        text = self.ok("help")
+        for verb in ("encode", "decode", "info", "verify", "size", "compare", "synth", "bench", "copy", "models"):
+            self.assertIn(verb, text)
+            self.assertIn("--help", self.ok("help", verb))
+            self.assertIn("--help", self.ok(verb, "--help"))
+        self.assertIn("Exit codes", text)
+        self.assertIn("0.1", self.ok("--version"))
+
+    def test_usage(self):
+        out, png = self.path("out.btfc"), self.path("out.png")
+        encode = ["encode", self.image, "-o", out, "--model", "patch"]
+        size = ["size", "--model", "patch"]
+        self.fails(USAGE)
+        self.fails(USAGE, "frobnicate", says="frobnicate")
+        self.fails(USAGE, "help", "frobnicate", says="frobnicate")
+        self.fails(USAGE, "--frobnicate")
+
+        for verb in ("encode", "decode", "info", "verify", "size", "compare", "synth", "bench", "copy"):
+            self.fails(USAGE, verb)
+        for verb, *rest in (encode + ["--k", "2"], ["decode", self.file, "-o", png], ["info", self.file],
+                            ["verify", self.file], size + ["--sample", "8x8", "--k", "2"],
+                            ["compare", self.image, self.image], ["synth", "bricks", "-o", png],
+                            ["bench", self.file, "--seconds", "0.01"], ["copy", self.file, "-o", out], ["models"]):
+            self.fails(USAGE, verb, *rest, "--frobnicate", says="--frobnicate")
+            if verb not in ("encode", "models"):
+                self.fails(USAGE, verb, *rest, "extra", says="extra")
+        self.fails(USAGE, "models", "extra", says="extra")
+
+        self.fails(USAGE, "encode", self.image, "-o", out, "--k", "2", says="--model")
+        self.fails(USAGE, "encode", self.image, "--model", "patch", "--k", "2", says="--output")
+        self.fails(USAGE, "encode", "-o", out, "--model", "patch", "--k", "2", says="INPUT")
+        self.fails(USAGE, "encode", self.image, self.image, "-o", out, "--model", "patch", "--k", "2", says="--map")
+        self.fails(USAGE, *encode, says=("--k", "--size"))
+        self.fails(USAGE, "encode", self.image, "-o", out, "--model", "fractal", "--k", "2", says="fractal")
+        self.fails(USAGE, *size[:1], "--model", "fractal", says="fractal")
+        self.fails(USAGE, *size, says="--sample")
+
+        for option, value in (("--k", "abc"), ("--k", "0"), ("--k", "2x"), ("--k", "65537"), ("--k", "2x3x4"),
+                              ("--size", "0x8"), ("--size", "8"), ("--size", "70000x8"), ("--size", "-8x8")):
+            self.fails(USAGE, *encode, option, value, says=option)
+        for option, value in (("--wb", "1"), ("--wb", "4.5"), ("--wb", ""), ("--we", "-1"), ("--tau", "nan"),
+                              ("--tau", "-0.1"), ("--tau", "much"), ("--blend", "glue"), ("--pack", "zip"),
+                              ("--level", "23"), ("--level", "0"), ("--seed", "one"), ("--seed", "-1"),
+                              ("--seed", "18446744073709551616"), ("--threads", "0"), ("--threads", "-1"),
+                              ("--codec", "gzip"), ("--colour-space", "pink"), ("--sample", "0,0,8"),
+                              ("--sample", "0,0,0,8"), ("--sample", "30,30,8,8"), ("--map", "x"), ("--map", "=x"),
+                              ("--map", "a b=x"), ("--map", "a" * 25 + "=x")):
+            self.fails(USAGE, *encode, "--k", "2", option, value, says=option)
+        self.fails(USAGE, *encode, "--k", "2", "--map", f"image={self.image}", says="image")
+        for option, value in (("--region", "0,0,0,1"), ("--region", "1,2,3"), ("--region", "-1,0,2,2"),
+                              ("--region", "0,0,1,65536"), ("--region", "4294967295,0,1,1"), ("--map", "nope")):
+            self.fails(USAGE, "decode", self.file, "-o", png, option, value, says=value)
+        self.fails(USAGE, "decode", self.file, "-o", self.path("out.jpg"), says=(".png", ".exr"))
+        self.fails(USAGE, "synth", "bricks", "-o", self.path("out.jpg"), says=(".png", ".exr"))
+        self.fails(USAGE, "synth", "plaid", "-o", png, says="plaid")
+        for option, value in (("--size", "0x1"), ("--size", "8"), ("--type", "u8"), ("--seed", "x")):
+            self.fails(USAGE, "synth", "bricks", "-o", png, option, value, says=option)
+        for option, value in (("--seconds", "0"), ("--seconds", "x"), ("--map", "nope")):
+            self.fails(USAGE, "bench", self.file, option, value, says=value)
+        for option, value in (("--align", "17"), ("--align", "8"), ("--align", "131072"), ("--align", "x"),
+                              ("--align", "0x30"), ("--codec", "gzip"), ("--level", "99")):
+            self.fails(USAGE, "copy", self.file, "-o", out, option, value, says=option)
+        self.assertFalse(Path(out).exists() or Path(png).exists())
+
+    def test_options_of_others(self):
+        """An option that does not apply is an error, not a hint."""
+        out = self.path("out.btfc")
+        encode = ["encode", self.image, "-o", out, "--model", "patch", "--k", "2"]
+        self.fails(USAGE, *encode, "--bits", "8", says="--bits")
+        self.fails(USAGE, *encode, "--blend", "liang", "--pack", "packed", says="--pack")
+        self.fails(USAGE, *encode, "--codec", "raw", "--level", "3", says="--level")
+        self.fails(USAGE, "copy", self.file, "-o", out, "--codec", "raw", "--level", "3", says="--level")
+        self.fails(USAGE, "size", "--model", "patch", "--sample", "64x64", "--k", "2", "--tau", "1", says="--tau")
+        self.fails(USAGE, "compare", self.image, self.image, "--map", "image", says="--map")
+
+    def test_input_output(self):
+        missing, out, png = self.path("missing"), self.path("out.btfc"), self.path("out.png")
+        beyond = self.path("no/such/folder")
+        for verb in ("info", "verify", "bench"):
+            self.fails(IO, verb, missing, says=missing)
+            self.fails(IO, verb, self.folder, says=str(self.folder))
+        self.fails(IO, "decode", missing, "-o", png, says=missing)
+        self.fails(IO, "copy", missing, "-o", out, says=missing)
+        self.fails(IO, "encode", missing, "-o", out, "--model", "patch", "--k", "2", says=missing)
+        self.fails(IO, "encode", self.folder, "-o", out, "--model", "patch", "--k", "2", says=str(self.folder))
+        self.fails(IO, "compare", self.image, missing, says=missing)
+        self.fails(IO, "compare", missing + ".btfc", self.image, says=missing)
+
+        folder_png, folder_btfc = self.folder / "folder.png", self.folder / "folder.btfc"
+        folder_png.mkdir()
+        folder_btfc.mkdir()
+        for image, texture in ((f"{beyond}/x.png", f"{beyond}/x.btfc"), (folder_png, folder_btfc)):
+            self.fails(IO, "decode", self.file, "-o", image, says=str(image))
+            self.fails(IO, "synth", "bricks", "-o", image, "--size", "8x8", says=str(image))
+            self.fails(IO, "encode", self.image, "-o", texture, "--model", "patch", "--k", "2", says=str(texture))
+            self.fails(IO, "encode", self.image, "-o", out, "--model", "patch", "--k", "2", "--synthesized", image,
+                       says=str(image))
+            self.fails(IO, "copy", self.file, "-o", texture, says=str(texture))
+        self.assertFalse(Path(out).exists())
+        # No --json here: the text has gone to standard output before the file fails.
+        done = run("info", self.file, "--json", f"{beyond}/x.json")
+        self.assertEqual(done.returncode, IO)
+        self.assertIn(beyond, done.stderr)
+        self.assertEqual([p.name for p in self.folder.iterdir() if p.name.startswith(".")], [])
+
+    def test_unwritable_folder(self):
+        closed = self.folder / "closed"
+        closed.mkdir(mode=0o755)
+        copy = closed / "in.btfc"
+        copy.write_bytes(Path(self.file).read_bytes())
+        more = {}
+        if os.geteuid() == 0:
+            more = {"user": NOBODY, "group": NOBODY}
+            os.chmod(self.folder, 0o755)
+            try:
+                works = run("--version", **more).returncode == 0
+            except OSError:
+                works = False
+            if not works:
+                self.skipTest("runs as root, and another user may not execute the command")
+        os.chmod(closed, 0o555)
+        try:
+            self.fails(IO, "copy", copy, "-o", closed / "out.btfc", says="out.btfc", **more)
+            self.fails(IO, "decode", copy, "-o", closed / "out.png", says="out.png", **more)
+            self.assertEqual(os.listdir(closed), ["in.btfc"])
+        finally:
+            os.chmod(closed, 0o755)
+
+    def test_full_disk_on_standard_output(self):
+        if not os.path.exists("/dev/full"):
+            self.skipTest("there is no /dev/full")
+        for args in (["info", self.file, "--json"], ["verify", self.file], ["models"], ["help"]):
+            with self.subTest(" ".join(args)), open("/dev/full", "w") as full:
+                done = subprocess.run([BTFC, *args], stdout=full, stderr=subprocess.PIPE, text=True)
+                self.assertEqual(done.returncode, IO, done.stderr)
+
+    def test_invalid(self):
+        out, png = self.path("out.btfc"), self.path("out.png")
+        for name in ("text.btfc", "short.btfc", "empty.btfc", "cut.btfc", "damaged.btfc"):
+            path = self.path(name)
+            self.fails(INVALID, "verify", path, says=(path, "["))
+            self.fails(INVALID, "info", path, says=(path, "["))
+            self.fails(INVALID, "bench", path, "--seconds", "0.01", says=path)
+            self.fails(INVALID, "decode", path, "-o", png, says=(path, "["))
+            self.fails(INVALID, "compare", path, self.image, says=path)
+            self.fails(INVALID, "copy", path, "-o", out, says=(path, "["))
+        self.assertFalse(Path(out).exists() or Path(png).exists())
+
+    def test_images_that_are_none(self):
+        out = self.path("out.btfc")
+        data = Path(self.image).read_bytes()
+        for name, content in (("text.png", b"no image\n"), ("cut.png", data[:len(data) // 2]), ("empty.png", b"")):
+            path = self.path(name)
+            Path(path).write_bytes(content)
+            for args in (["encode", path, "-o", out, "--model", "patch", "--k", "2"], ["compare", path, self.image]):
+                done = run(*args)
+                with self.subTest(f"{args[0]} {name}"):
+                    self.assertIn(done.returncode, (IO, INVALID))
+                    self.assertEqual(done.stdout, "")
+                    # The PNG library adds a line of its own before the command can speak.
+                    lines = [line for line in done.stderr.splitlines() if not line.startswith("libpng ")]
+                    self.assertEqual(len(lines), 1, done.stderr)
+                    self.assertIn(path, lines[0])
+        self.assertFalse(Path(out).exists())
+
+    def test_not_finite(self):
+        path, out = self.path("nan.tif"), self.path("out.btfc")
+        values = [0.5] * (8 * 6 * 3)
+        for x, y, channel, value in ((3, 2, 1, math.nan), (5, 4, 0, math.inf), (7, 5, 2, -math.inf)):
+            values[(y * 8 + x) * 3 + channel] = value
+        files.write_tiff(path, 8, 6, 3, values)
+        text = self.fails(INVALID, "encode", path, "-o", out, "--model", "patch", "--k", "2",
+                          says=(path, "3 samples", "(3, 2)", "channel 1", "nan"))
+        self.assertNotIn("\n", text[:-1])
+        files.write_tiff(path, 8, 6, 3, [0.5] * 100 + [65520.0] + [0.5] * 43)
+        self.fails(INVALID, "encode", path, "-o", out, "--model", "patch", "--k", "2",
+                   says=(path, "1 samples", "(1, 4)", "channel 1"))
+        files.write_tiff(path, 8, 6, 3, [65504.0, -65504.0, -0.0] * 48)
+        self.ok("encode", path, "-o", out, "--model", "patch", "--k", "2")
+        os.unlink(out)
+
+    @unittest.skipIf(xxhash is None, "python module xxhash is missing")
+    def test_unsupported(self):
+        out, png = self.path("out.btfc"), self.path("out.png")
+        data = Path(self.file).read_bytes()
+        chunks = files.read_chunks(data)
+        self.assertEqual(files.build_file(chunks), data)
+        unknown = files.build_file(chunks + [files.raw_chunk(b"XTRA", files.CRITICAL, b"what is this?")])
+        newer = files.build_file(chunks, minor=2)
+        for name, content, says in (("unknown.btfc", unknown, "XTRA"), ("newer.btfc", newer, "0.2")):
+            path = self.path(name)
+            Path(path).write_bytes(content)
+            self.fails(UNSUPPORTED, "verify", path, says=(path, says))
+            self.fails(UNSUPPORTED, "info", path, says=(path, says))
+            self.fails(UNSUPPORTED, "decode", path, "-o", png, says=(path, says))
+            self.fails(UNSUPPORTED, "bench", path, says=(path, says))
+            self.fails(UNSUPPORTED, "copy", path, "-o", out, says=(path, says))
+        self.assertFalse(Path(out).exists() or Path(png).exists())
+
+    def test_difference(self):
+        other = self.path("other.png")
+        width, height, channels, bits, codes = files.read_png(self.image)
+        codes[100] ^= 1
+        files.write_png(other, width, height, channels, bits, codes)
+        done = run("compare", self.image, other, "--json")
+        self.assertEqual((done.returncode, done.stderr), (DIFFERENT, ""))
+        said = json.loads(done.stdout)
+        self.assertEqual((said["differing_samples"], said["samples"], said["identical"]), (1, len(codes), False))
+        self.assertAlmostEqual(said["peak_8bit"], 1, places=4)
+        self.assertAlmostEqual(said["rmse_8bit"], math.sqrt(1 / len(codes)), places=5)
+        self.assertAlmostEqual(said["psnr_db"], 20 * math.log10(255 * math.sqrt(len(codes))), places=3)
+        self.assertEqual(run("compare", self.image, other).returncode, DIFFERENT)
+
+        decoded = self.path("decoded.png")
+        self.ok("decode", self.file, "-o", decoded)
+        self.ok("compare", self.file, decoded)
+        self.ok("compare", decoded, self.file)
+        self.fails(USAGE, "compare", self.image, self.file)  # other sizes have no PSNR
+        os.unlink(other)
+        os.unlink(decoded)
+
+
+class ReportTest(CommandTest):
+    def test_json(self):
+        out = self.path("json.btfc")
+        verbs = {
+            "info": ([self.file], INFO_KEYS),
+            "size": (["--model", "patch", "--sample", "64x64", "--k", "3"], SIZE_KEYS),
+            "compare": ([self.image, self.image], COMPARE_KEYS),
+            "bench": ([self.file, "--seconds", "0.02"], BENCH_KEYS),
+            "encode": ([self.image, "-o", out, "--model", "patch", "--k", "3"], ENCODE_KEYS),
+            "verify": ([self.file], {"file", "ok", "rule", "offset", "message"}),
+            "copy": ([self.file, "-o", out], {"output", "file_bytes", "input_file_bytes", "chunks"}),
+        }
+        for verb, (args, keys) in verbs.items():
+            with self.subTest(verb):
+                said = self.json(verb, *args, "--json")
+                self.assertEqual(keys - set(said), set())
+                beside = self.path(f"{verb}.json")
+                text = self.ok(verb, *args, "--json", beside)
+                self.assertNotIn("{\n", text)
+                self.assertGreater(len(text), 10)
+                written = json.loads(Path(beside).read_text())
+                self.assertEqual(list(written), list(said))
+                # --json before the input must not take the input for its file
+                if verb in ("info", "verify", "bench"):
+                    before = Path(self.file).read_bytes()
+                    self.assertEqual(set(self.json(verb, "--json", *args)), set(said))
+                    self.assertEqual(Path(self.file).read_bytes(), before)
+        models = self.json("models", "--json")
+        self.assertEqual(models[0]["id"], "patch")
+        self.ok("models", "--json", self.path("models.json"))
+        self.assertEqual(json.loads(Path(self.path("models.json")).read_text()), models)
+
+        done = run("verify", self.path("damaged.btfc"), "--json")
+        said = json.loads(done.stdout)
+        self.assertEqual((done.returncode, said["ok"]), (INVALID, False))
+        self.assertRegex(said["rule"], r"^[A-Z]+[0-9]+$")
+        self.assertEqual(len(done.stderr.splitlines()), 1)
+
+    def test_info_adds_up(self):
+        said = self.json("info", self.file, "--json")
+        self.assertEqual(said["file_bytes"], os.path.getsize(self.file))
+        self.assertEqual(said["file_bytes"], said["header_bytes"] + said["index_bytes"] + said["padding_bytes"] +
+                         said["stored_bytes"])
+        self.assertEqual(said["payload_bits"], said["formula_bits"])
+        self.assertEqual(said["raw_bytes_u8"], 36 * 36 * 3)
+        texels = said["width"] * said["height"]
+        self.assertAlmostEqual(said["bits_per_texel"], said["payload_bits"] / texels)
+        self.assertAlmostEqual(said["bits_per_sample"], said["payload_bits"] / texels / 3)
+        self.assertAlmostEqual(said["ratio_u8"], 24 * texels / said["payload_bits"])
+        self.assertAlmostEqual(said["ratio_u16"], 48 * texels / said["payload_bits"])
+        self.assertEqual(said["parameters"]["w_b"], 12)
+        self.assertEqual((said["model"], said["format_version"], said["unbounded"]), ("patch", "0.1", False))
+
+    def size(self, *args):
+        return self.json("size", "--model", "patch", "--json", "--sample", "64x64", *args)
+
+    def test_size_of_the_paper(self):
+        for args, side, bits in ((["--k", "11", "--wb", "36", "--we", "14", "--blend", "liang"], 256, 100304),
+                                 (["--k", "11", "--wb", "36", "--we", "14", "--blend", "quilting"], 256, 131984),
+                                 (["--k", "20", "--wb", "36", "--we", "14", "--blend", "quilting"], 454, 214208)):
+            said = self.size(*args)
+            self.assertEqual((said["width"], said["height"], said["paper"]["bits"]), (side, side, bits))
+            self.assertEqual(said["payload_bits"], said["formula_bits"])
+        k11 = ["--k", "11", "--wb", "36", "--we", "14"]
+        # The sample, 61 words of coordinates, the cuts of spec/models/patch.md section 3; PARM as the format has it.
+        parm = 8 * [c["raw_bytes"] for c in self.json("info", self.file, "--json")["chunks"] if c["type"] == "PARM"][0]
+        for args, cuts in ((["--blend", "liang"], 0), (["--pack", "packed"], 1980), (["--pack", "rgba8"], 3960)):
+            self.assertEqual(self.size(*k11, *args)["formula_bits"], 8 * (12288 + 244 + 2 * cuts) + parm)
+
+    def test_size_foretells_the_file(self):
+        for args in (["--k", "3x5", "--wb", "9", "--we", "2"], ["--size", "40x77", "--blend", "liang"],
+                     ["--size", "40x77", "--pack", "rgba8", "--wb", "16", "--we", "8"]):
+            path = self.encode("foretold.btfc", *args)
+            said, info = (self.json("size", "--model", "patch", "--json", "--sample", "32x32", *args),
+                          self.json("info", path, "--json"))
+            for key in ("width", "height", "payload_bits", "formula_bits", "memory_bits", "paper", "parameters"):
+                self.assertEqual(said[key], info[key], key)
+
+    def test_size_refuses(self):
+        """Each message says what is possible."""
+        size = ["size", "--model", "patch"]
+        tiny = self.path("tiny.png")
+        files.write_png(tiny, 1, 1, 1, 8, [7])
+        encode = ["-o", self.path("out.btfc"), "--model", "patch"]
+        self.fails(USAGE, *size, "--sample", "1x1", "--k", "2", says="2x2")
+        self.fails(USAGE, "encode", tiny, *encode, "--k", "2", says="2x2")
+        self.fails(USAGE, *size, "--sample", "64x48", "--k", "2", "--wb", "49", says=("--wb", "2 to 48"))
+        self.fails(USAGE, "encode", self.image, *encode, "--k", "2", "--wb", "33", says=("--wb", "2 to 32"))
+        self.fails(USAGE, *size, "--sample", "64x64", "--k", "2", "--wb", "36", "--we", "19", says=("--we", "1 to 18"))
+        self.fails(USAGE, "encode", self.image, *encode, "--k", "2", "--wb", "9", "--we", "5", says=("--we", "1 to 4"))
+        self.fails(USAGE, *size, "--sample", "64x64", "--k", "2", "--we", "0", says=("--we", "1 to"))
+        self.fails(USAGE, *size, "--sample", "64x64", "--k", "5000", says="65536")
+        self.fails(USAGE, *size, "--sample", "64x64", "--k", "2", "--size", "400x400", says="2x2 patches")
+        self.fails(USAGE, *size, "--sample", "65536x65536", "--k", "1", says="2^27")
+        self.fails(USAGE, *size, "--sample", "600x600", "--k", "2", "--wb", "600", "--we", "257", "--pack", "rgba8",
+                   says="256")
+        self.fails(USAGE, *size, "--sample", "64x64", "--k", "2", "--channels", "5", says=("--channels", "4"))
+        self.fails(USAGE, *size, "--sample", "64x64", "--k", "2", "--bits", "12", says=("--bits", "16"))
+
+    def test_maps(self):
+        other, rgb = self.path("other-size.png"), self.image
+        files.write_png(other, 31, 32, 1, 16, files.noise(31 * 32, 16, 2))
+        self.fails(USAGE, "encode", "--map", f"colour={rgb}", "--map", f"height={other}", "-o", self.path("out.btfc"),
+                   "--model", "patch", "--k", "2", says=("height", "31x32", "32x32"))
+        files.write_png(other, 32, 32, 1, 16, files.noise(32 * 32, 16, 2))
+        path = self.encode("maps.btfc", "--map", f"colour={rgb}", "--map", f"height={other}", "--k", "3", image=())
+        info = self.json("info", path, "--json")
+        self.assertEqual([(m["name"], m["channels"], m["sample_type"]) for m in info["maps"]],
+                         [("colour", 3, "unorm8"), ("height", 1, "unorm16")])
+        self.ok("decode", path, "-o", self.path("maps.png"))
+        self.ok("compare", path, self.path("maps-colour.png"), "--map", "colour")
+        self.ok("compare", path, self.path("maps-height.png"), "--map", "height")
+        self.assertFalse(Path(self.path("maps.png")).exists())
+        self.ok("decode", path, "-o", self.path("one.png"), "--map", "height")
+        self.assertEqual(files.read_png(self.path("one.png")), files.read_png(self.path("maps-height.png")))
+        self.fails(USAGE, "compare", path, self.path("one.png"), says="--map")
+        self.assertEqual(self.json("bench", path, "--map", "height", "--seconds", "0.01", "--json")["map"], "height")
+
+
+class EncodeTest(CommandTest):
+    def test_raw_is_as_large_as_foretold(self):
+        for args in (["--blend", "liang"], ["--pack", "packed"], ["--pack", "rgba8"]):
+            path = self.encode("raw.btfc", "--k", "4x3", "--codec", "raw", *args)
+            said = self.json("info", path, "--json")
+            self.assertEqual(said["file_bytes"], said["file_max_bytes"])
+            self.assertEqual({c["codec"] for c in said["chunks"]}, {"raw"})
+            small = self.json("info", self.encode("zstd.btfc", "--k", "4x3", *args), "--json")
+            self.assertLess(small["file_bytes"], said["file_bytes"])
+            self.assertEqual(small["file_max_bytes"], said["file_bytes"])
+            self.assertEqual([c["raw_hash"] for c in small["chunks"]], [c["raw_hash"] for c in said["chunks"]])
+
+    def test_same_input_same_file(self):
+        image = self.path("larger.png")
+        self.ok("synth", "pebbles", "-o", image, "--size", "96x96")
+        for blend in ("liang", "quilting"):
+            args = ["--size", "300x200", "--blend", blend]
+            first = Path(self.encode("a.btfc", *args, "--threads", "1", image=image)).read_bytes()
+            for more in (["--threads", "2"], [], ["--seed", "1"], ["--threads", "7"]):
+                self.assertEqual(Path(self.encode("b.btfc", *args, *more, image=image)).read_bytes(), first, more)
+            other = Path(self.encode("b.btfc", *args, "--seed", "2", image=image)).read_bytes()
+            self.assertNotEqual(other, first)
+            self.assertEqual(Path(self.encode("c.btfc", *args, "--seed", "2", image=image)).read_bytes(), other)
+
+    def test_synthesized(self):
+        for blend in ("liang", "quilting"):
+            shown = self.path("shown.png")
+            path = self.encode("shown.btfc", "--size", "90x71", "--blend", blend, "--synthesized", shown)
+            self.ok("compare", path, shown)
+
+    def test_sample_window(self):
+        path = self.encode("window.btfc", "--sample", "5,7,20,18", "--k", "1", "--wb", "18", "--we", "0", "--codec",
+                           "raw", "--size", "18x18")
+        smpl = [c for c in files.read_chunks(Path(path).read_bytes()) if c.type == b"SMPL"][0].stored
+        codes = files.read_png(self.image)[4]
+        wanted = [code for y in range(7, 25) for code in codes[(32 * y + 5) * 3:(32 * y + 25) * 3]]
+        self.assertEqual(list(smpl), wanted)
+
+    def test_failed_writes_leave_what_was(self):
+        """The file size limit stands in for a full disk."""
+        noisy = self.path("noisy.png")
+        files.write_png(noisy, 64, 64, 3, 8, files.noise(64 * 64 * 3, 8, 5))
+        floats = self.path("noisy.tif")
+        files.write_tiff(floats, 64, 64, 3, [files.half(code) for code in files.half_noise(64 * 64 * 3, 5)])
+        texture = self.encode("noisy.btfc", "--k", "5", image=noisy)
+        half_texture = self.encode("noisy-half.btfc", "--k", "5", image=floats)
+        encode = ["encode", noisy, "--model", "patch", "--k", "5", "-o"]
+        place = self.folder / "place"
+        place.mkdir()
+        for name, args in (("out.btfc", encode), ("copy.btfc", ["copy", texture, "--codec", "raw", "-o"]),
+                           ("out.png", ["decode", texture, "-o"]), ("out.exr", ["decode", half_texture, "-o"]),
+                           ("synth.png", ["synth", "grain", "--size", "99x99", "-o"]),
+                           ("report.json", ["models", "--json"])):
+            target = place / name
+            for limit in (0, 1, 8):
+                if name == "report.json" and limit:
+                    continue
+                target.write_bytes(b"what was here before\n")
+                done = subprocess.run(["sh", "-c", f"trap '' XFSZ; ulimit -f {limit}; exec \"$@\"", "sh", BTFC, *args,
+                                       target], capture_output=True, text=True)
+                with self.subTest(f"{name}, {limit} blocks"):
+                    self.assertEqual(done.returncode, IO, done.stderr)
+                    self.assertIn(name, done.stderr)
+                    self.assertEqual(target.read_bytes(), b"what was here before\n")
+                    self.assertEqual([p.name for p in place.iterdir()], [name])
+            target.unlink()
+
+    def test_outputs_have_the_usual_mode(self):
+        path = self.encode("mode.btfc", "--k", "2")
+        mask = os.umask(0)
+        os.umask(mask)
+        self.assertEqual(os.stat(path).st_mode & 0o777, 0o666 & ~mask)
+
+
+class CopyTest(CommandTest):
+    def test_there_and_back(self):
+        raw = self.encode("raw.btfc", "--k", "4", "--codec", "raw")
+        small, back, here = self.path("small.btfc"), self.path("back.btfc"), self.path("here.btfc")
+        self.ok("copy", raw, "-o", small)
+        self.ok("copy", small, "-o", back, "--codec", "raw")
+        self.assertLess(os.path.getsize(small), os.path.getsize(raw))
+        self.assertEqual(Path(back).read_bytes(), Path(raw).read_bytes())
+        self.assertEqual(Path(small).read_bytes(), Path(self.encode("zstd.btfc", "--k", "4")).read_bytes())
+        self.ok("compare", raw, small)
+        Path(here).write_bytes(Path(raw).read_bytes())
+        self.ok("copy", here, "-o", here)  # onto itself
+        self.assertEqual(Path(here).read_bytes(), Path(small).read_bytes())
+        for align in (16, 256, 65536):
+            self.ok("copy", raw, "-o", here, "--align", align)
+            self.ok("verify", here)
+            for chunk in self.json("info", here, "--json")["chunks"]:
+                self.assertEqual(chunk["offset"] % align, 0)
+
+    @unittest.skipIf(xxhash is None, "python module xxhash is missing")
+    def test_unknown_chunks_are_kept(self):
+        chunks = files.read_chunks(Path(self.encode("plain.btfc", "--k", "2", "--codec", "raw")).read_bytes())
+        content = b"kept as it is, byte for byte. " * 20
+        own = [files.raw_chunk(b"NOTE", files.SAFE_TO_COPY, content, 3), files.raw_chunk(b"priv", 0, content[::-1], 1)]
+        path, out, back = self.path("unknown.btfc"), self.path("copied.btfc"), self.path("again.btfc")
+        Path(path).write_bytes(files.build_file(chunks + own))
+        self.ok("verify", path)
+        self.ok("copy", path, "-o", out)
+        self.ok("verify", out)
+        before, after = self.json("info", path, "--json"), self.json("info", out, "--json")
+        self.assertLess(after["file_bytes"], before["file_bytes"])
+        for key in ("type", "flags", "level", "part", "tile", "raw_bytes", "raw_hash"):
+            self.assertEqual([c[key] for c in before["chunks"]], [c[key] for c in after["chunks"]])
+        self.assertEqual({c["codec"] for c in after["chunks"] if c["type"] in ("NOTE", "priv")}, {"zstd"})
+        self.ok("copy", out, "-o", back, "--codec", "raw")
+        self.assertEqual(Path(back).read_bytes(), Path(path).read_bytes())
+        self.ok("decode", path, "-o", self.path("unknown.png"))
+
+
+class DecodeTest(CommandTest):
+    def test_region_is_a_crop(self):
+        for name, image, more in (("rgb", self.image, []), ("grey", self.grey, ["--blend", "liang"])):
+            path, whole, part = self.encode("region.btfc", "--size", "61x53", *more, image=image), self.path(
+                "whole.png"), self.path("part.png")
+            self.ok("decode", path, "-o", whole)
+            width, height, channels, bits, codes = files.read_png(whole)
+            self.assertEqual((width, height), (61, 53))
+            for x, y, w, h in ((0, 0, 61, 53), (0, 0, 1, 1), (60, 52, 1, 1), (17, 9, 30, 31), (0, 52, 61, 1)):
+                self.ok("decode", path, "-o", part, "--region", f"{x},{y},{w},{h}")
+                wanted = [c for row in range(y, y + h) for c in codes[(width * row + x) * channels:
+                                                                       (width * row + x + w) * channels]]
+                self.assertEqual(files.read_png(part), (w, h, channels, bits, wanted), f"{name} {x},{y},{w},{h}")
+
+    def largest(self):
+        """65,536 x 65,536 texels of 33 x 33 patches that all show the whole sample, and the sample."""
+        codes = bytes(x * 7 + y * 13 + (x * y >> 5) & 255 for y in range(2048) for x in range(2048))
+        image, path = self.path("large.png"), self.path("largest.btfc")
+        files.write_png(image, 2048, 2048, 1, 8, codes)
+        small = self.encode("small.btfc", "--wb", "2048", "--we", "64", "--k", "1", "--blend", "liang", "--codec", "raw",
+                            image=image)
+        # Grown by hand: the encoder would take half a minute for it.
+        chunks = {c.type: c.stored for c in files.read_chunks(Path(small).read_bytes())}
+        head, parm = chunks[b"HEAD"], chunks[b"PARM"]
+        head = head[:4] + struct.pack("<2I", 65536, 65536) + head[12:]
+        parm = parm[:8] + struct.pack("<2I", 33, 33) + parm[16:]
+        payload = files.CRITICAL | files.PAYLOAD
+        Path(path).write_bytes(files.build_file([
+            files.raw_chunk(b"HEAD", files.CRITICAL, head), files.raw_chunk(b"PARM", payload, parm),
+            files.raw_chunk(b"SMPL", payload, chunks[b"SMPL"]),
+            files.raw_chunk(b"COOR", payload, bytes(4 * 33 * 33))]))
+        return path, codes
+
+    @unittest.skipIf(xxhash is None, "python module xxhash is missing")
+    def test_largest_texture_by_regions(self):
+        path, sample = self.largest()
+        self.ok("verify", path)
+        part = self.path("part.png")
+        # Inside one patch, where the answer is the sample's texel: patch (16, 20) begins at 1984 times its number.
+        for x, y, w, h in ((16 * 1984 + 64, 20 * 1984 + 64, 512, 400), (65535, 65535, 1, 1), (0, 0, 300, 2),
+                           (32 * 1984 + 100, 5, 40, 50)):
+            status, peak, seconds = peak_of("decode", path, "-o", part, "--region", f"{x},{y},{w},{h}")
+            self.assertEqual(status, 0)
+            self.assertLess(peak, 700 << 20)
+            self.assertLess(seconds, 30)
+
+            def local(at):
+                return at - min(at // 1984, 32) * 1984
+
+            wanted = [code for row in range(y, y + h) for code in sample[2048 * local(row) + local(x):][:w]]
+            self.assertEqual(files.read_png(part), (w, h, 1, 8, wanted))
+        # Rows through all 33 patches, the overlaps included.
+        status, peak, seconds = peak_of("decode", path, "-o", part, "--region", "0,30000,65536,64")
+        self.assertEqual((status, files.read_png(part)[:2]), (0, (65536, 64)))
+        self.assertLess(peak, 700 << 20)
+        print(f"\n65536x65536: region of 65536x64 in {seconds:.1f} s, peak {peak >> 20} MiB", file=sys.stderr)
+
+    def test_encoder_at_full_width(self):
+        """Four rows of patches across 65,536 texels: time grows with the texels, memory does not."""
+        image, path = self.path("large.png"), self.path("wide.btfc")
+        files.write_png(image, 2048, 2048, 1, 8,
+                        bytes(x * 7 + y * 13 + (x * y >> 5) & 255 for y in range(2048) for x in range(2048)))
+        status, peak, seconds = peak_of("encode", image, "-o", path, "--model", "patch", "--wb", "2048", "--we", "64",
+                                        "--blend", "liang", "--size", f"65536x{HEIGHT}")
+        print(f"\nencode 65536x{HEIGHT}: {seconds:.1f} s, peak {peak >> 20} MiB", file=sys.stderr)
+        self.assertEqual(status, 0)
+        self.assertLess(peak, 1 << 30)
+        said = self.json("info", path, "--json")
+        self.assertEqual((said["width"], said["height"]), (65536, HEIGHT))
+        status, peak, _ = peak_of("decode", path, "-o", self.path("part.png"), "--region",
+                                  f"40000,{HEIGHT - 300},300,300")
+        self.assertEqual(status, 0)
+        self.assertLess(peak, 700 << 20)
+
+
+def main():
+    global BTFC, SOURCE, HEIGHT
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--btfc", required=True)
+    parser.add_argument("--source", type=Path, default=files.ROOT)
+    parser.add_argument("--full-height", action="store_true", help="encode 65,536 x 65,536 texels, half a minute")
+    args, rest = parser.parse_known_args()
+    BTFC, SOURCE = str(Path(args.btfc).resolve()), args.source.resolve()
+    if args.full_height:
+        HEIGHT = 65536
+    unittest.main(argv=[sys.argv[0], *rest])
+
+
+if __name__ == "__main__":
+    main()

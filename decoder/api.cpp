@@ -22,6 +22,7 @@ struct btfc_reader {
 struct btfc_texture {
   btfc::LoadedItem item;
   const btfc::DecoderModel* model = nullptr;
+  std::vector<std::uint64_t> tables;  // of the model's fast paths
 };
 
 // No model of this version keeps caches; the type exists so that callers are written for those that will.
@@ -146,9 +147,15 @@ void decode_inside(const btfc_texture& texture, std::uint32_t map, std::uint32_t
     return;
   }
   const std::size_t samples = std::size_t{width} * m.channels;
-  std::vector<std::uint8_t> row(samples * bytes_of(stored));
+  constexpr std::uint32_t kBand = 64;  // rows
+  const std::size_t row_bytes = samples * bytes_of(stored);
+  std::vector<std::uint8_t> band(row_bytes * std::min(kBand, height));
   for (std::uint32_t r = 0; r < height; ++r) {
-    texture.model->decode_rows(texture.item, map, x, y + r, width, 1, row.data(), row.size());
+    if (r % kBand == 0) {
+      const std::uint32_t rows = std::min(kBand, height - r);
+      texture.model->decode_rows(texture.item, map, x, y + r, width, rows, band.data(), row_bytes);
+    }
+    const std::uint8_t* row = band.data() + r % kBand * row_bytes;
     for (std::size_t s = 0; s < samples; ++s) {
       const std::uint32_t code = stored == BTFC_UNORM8 ? row[s] : load_u16(&row[2 * s]);
       store_code(stored, code, sample, out + r * row_stride + s * bytes_of(sample));
@@ -299,6 +306,7 @@ btfc_result btfc_texture_load(btfc_reader* reader, btfc_texture** texture_ret, b
     auto* texture = new btfc_texture;
     texture->item = *std::move(item);
     texture->model = &decoder_model(texture->item.head.model);
+    if (texture->model->make_tables != nullptr) texture->tables = texture->model->make_tables(texture->item);
     *texture_ret = texture;
     return BTFC_OK;
   });
@@ -361,6 +369,12 @@ btfc_result btfc_decode_texels(const btfc_texture* texture, btfc_scratch*, uint3
   }
   const std::size_t texel_bytes = texture->item.head.maps[map].channels * bytes_of(sample);
   if (out_size / texel_bytes < count) return bad(nullptr, "");
+  const Map& m = texture->item.head.maps[map];
+  if (texture->model->decode_texels != nullptr && sample == sample_of(m)) {
+    texture->model->decode_texels(texture->item, texture->tables, map, texels, count,
+                                  static_cast<std::uint8_t*>(out));
+    return BTFC_OK;
+  }
   for (size_t q = 0; q < count; ++q) {
     store_texel(*texture, map, texels[2 * q], texels[2 * q + 1], sample,
                 static_cast<std::uint8_t*>(out) + q * texel_bytes);

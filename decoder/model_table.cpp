@@ -24,7 +24,7 @@ vec4 patch_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& 
 }
 
 const DecoderModel kDecoders[] = {
-    {ModelId::patch, patch_eval_cpu, patch_decode_rows},
+    {ModelId::patch, patch_eval_cpu, patch_make_tables, patch_decode_rows, patch_decode_texels},
 };
 static_assert(std::size(kDecoders) == kModelCount);
 

@@ -4,12 +4,13 @@
 #include <algorithm>
 
 #include "encoder/models/patch_fit.h"
+#include "encoder/models/patch_joins.h"
 
 namespace btfc {
 namespace {
 
 const Fitter kFitters[] = {
-    {ModelId::patch, kPatchFitOptions, patch_fit},
+    {ModelId::patch, kPatchFitOptions, patch_fit, patch_file_joins},
 };
 static_assert(std::size(kFitters) == kModelCount);
 

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "encoder/image.h"
+#include "encoder/metrics/texture_statistics.h"
 #include "format/chunk.h"
+#include "format/loaded_item.h"
 #include "format/meta.h"
 #include "format/model_table.h"
 #include "format/options.h"
@@ -50,6 +52,8 @@ struct Fitter {
   std::span<const OptionSpec> options;
   // Deterministic: the same input, options and seed give the same chunks on any number of threads.
   Result<FitResult> (*fit)(const FitInput&, const FitSettings&);
+  // Optional: where the pieces join that a file's texture is made of. Null: the model has no pieces.
+  Result<JoinMask> (*joins)(const LoadedItem& item, ByteView parm);
 };
 
 const Fitter& fitter(ModelId id);

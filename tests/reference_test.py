@@ -118,6 +118,8 @@ class ReferenceTest(unittest.TestCase):
         said, found = json.loads(done.stdout), reference.info(io.BytesIO(data), None)
 
         self.assertEqual(found.pop("paper_bits"), said["paper"]["bits"], path)
+        maps = found.pop("maps")
+        self.assertEqual([{key: m[key] for key in maps[0]} for m in said["maps"]], maps, path)
         chunks = found.pop("chunks")
         self.assertEqual([{key: c[key] for key in chunks[0]} for c in said["chunks"]], chunks, path)
         self.assertEqual({key: said[key] for key in found}, found, path)

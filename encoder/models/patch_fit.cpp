@@ -8,6 +8,7 @@
 
 #include <algorithm>
 
+#include "encoder/models/patch_sample.h"
 #include "encoder/models/patch_synthesis.h"
 #include "encoder/models/patch_trim.h"
 #include "format/limits.h"
@@ -16,7 +17,10 @@ namespace btfc {
 namespace {
 
 const OptionSpec kOptions[] = {
-    {"sample", "X,Y,W,H", "the part of the input that becomes the sample (default: all of it)"},
+    {"sample", "X,Y,W,H|auto",
+     "the part of the input that becomes the sample (default: all of it); auto: the window of --sample-size "
+     "whose texture is most like the input"},
+    {"sample-size", "WxH", "size of the sample that --sample auto looks for (default 128x128)"},
     {"size", "WxH", "texture size (default: all that the patches of --k cover)"},
     {"k", "N|NxM", "patches a side (default: as --size needs)"},
     {"wb", "N", "patch size w_B in texels (default 3/8 of the sample's shorter side)"},
@@ -30,16 +34,26 @@ const OptionSpec kOptions[] = {
     {"synthesized", "OUT.png", "also write the synthesised texture as the encoder holds it"},
 };
 
-struct Window {
-  std::uint32_t x, y, width, height;
-};
+constexpr std::uint32_t kAutomaticSide = 128;
 
-Result<Window> sample_window(const OptionValues& options, const Image& image) {
+// With --sample auto only the size is settled.
+Result<SampleWindow> sample_window(const OptionValues& options, const Image& image) {
   const auto text = find_option(options, "sample");
-  if (!text) return Window{0, 0, image.width, image.height};
+  const auto size = parse_pair(options, "sample-size", 2, kMaxSide, false);
+  if (!size) return size.error();
+  if (text == "auto") {
+    const SampleWindow w{0, 0, *size ? (*size)->first : std::min(kAutomaticSide, image.width),
+                         *size ? (*size)->second : std::min(kAutomaticSide, image.height)};
+    if (w.width <= image.width && w.height <= image.height) return w;
+    return bad_argument(fmt::format("--sample-size is {}x{}, expected a window of the input of {}x{}",
+                                    w.width, w.height, image.width, image.height));
+  }
+  if (*size) return bad_argument("--sample-size is for --sample auto");
+  if (!text) return SampleWindow{0, 0, image.width, image.height};
   const auto n = split_numbers(*text, ',');
-  if (!n || n->size() != 4) return bad_argument(fmt::format("--sample is '{}', expected X,Y,W,H", *text));
-  const Window w{(*n)[0], (*n)[1], (*n)[2], (*n)[3]};
+  if (!n || n->size() != 4)
+    return bad_argument(fmt::format("--sample is '{}', expected X,Y,W,H or auto", *text));
+  const SampleWindow w{(*n)[0], (*n)[1], (*n)[2], (*n)[3]};
   if (w.width < 2 || w.height < 2 || std::uint64_t{w.x} + w.width > image.width ||
       std::uint64_t{w.y} + w.height > image.height) {
     return bad_argument(
@@ -60,12 +74,27 @@ std::string side_path(const std::string& path, const std::string& map, std::size
 
 std::string text_of(double value) { return fmt::format("{:g}", value); }
 
+void report_choice(const SampleChoice& choice, FitResult& result) {
+  const SampleWindow& w = choice.window;
+  const std::string window = fmt::format("{},{},{},{}", w.x, w.y, w.width, w.height);
+  const auto part = [&](const char* name, double v) {
+    result.report.push_back({name, fmt::format("{:.4f}", v)});
+  };
+  result.report.push_back({"sample", window, false});
+  part("sample_gradient", choice.score.gradient);
+  part("sample_spectrum", choice.score.spectrum);
+  part("sample_colour", choice.score.colour);
+  part("sample_seams", choice.score.seams);
+  part("sample_score", choice.score.total());
+  result.meta["patch.sample"] = window;
+}
+
 }  // namespace
 
 const std::span<const OptionSpec> kPatchFitOptions = kOptions;
 
 Result<FitResult> patch_fit(const FitInput& input, const FitSettings& settings) {
-  const Result<Window> window = sample_window(settings.options, input.maps[0].image);
+  Result<SampleWindow> window = sample_window(settings.options, input.maps[0].image);
   if (!window) return window.error();
   const auto tau = parse_double(settings.options, "tau", 0, 10);
   if (!tau) return tau.error();
@@ -79,13 +108,31 @@ Result<FitResult> patch_fit(const FitInput& input, const FitSettings& settings) 
                                       image.width, image.height, input.maps[0].image.width,
                                       input.maps[0].image.height, input.maps[0].name));
     }
-    samples.push_back(crop(image, window->x, window->y, window->width, window->height));
     head.maps.push_back({map.name, image.channels, image.type, image.colour_space, image.alpha});
   }
   Result<PatchShape> shape = patch_shape_from_options(settings.options, window->width, window->height, head);
   if (!shape) return shape.error();
 
+  SynthesisSettings synthesis;
+  synthesis.tau = tau->value_or(0.2);
+  synthesis.seed = settings.seed;
+  synthesis.progress = settings.progress;
+  const int threads =
+      settings.threads == 0 ? tbb::info::default_concurrency() : static_cast<int>(settings.threads);
+  const tbb::global_control allowed(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<std::size_t>(threads));
+  tbb::task_arena arena(threads);
+
   FitResult result;
+  if (find_option(settings.options, "sample") == "auto") {
+    const SampleChoice choice = arena.execute([&] { return choose_sample(input.maps, *shape, synthesis); });
+    *window = choice.window;
+    report_choice(choice, result);
+  }
+  for (const NamedImage& map : input.maps) {
+    samples.push_back(crop(map.image, window->x, window->y, window->width, window->height));
+  }
+
   RowSink sink;
   const auto side = find_option(settings.options, "synthesized");
   if (side) {
@@ -105,15 +152,6 @@ Result<FitResult> patch_fit(const FitInput& input, const FitSettings& settings) 
     };
   }
 
-  SynthesisSettings synthesis;
-  synthesis.tau = tau->value_or(0.2);
-  synthesis.seed = settings.seed;
-  synthesis.progress = settings.progress;
-  const int threads =
-      settings.threads == 0 ? tbb::info::default_concurrency() : static_cast<int>(settings.threads);
-  const tbb::global_control allowed(tbb::global_control::max_allowed_parallelism,
-                                    static_cast<std::size_t>(threads));
-  tbb::task_arena arena(threads);
   PatchRecipe recipe = arena.execute([&] { return synthesize_patches(*shape, samples, synthesis, sink); });
 
   const double used =

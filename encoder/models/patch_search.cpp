@@ -7,8 +7,6 @@
 #include <atomic>
 #include <cstddef>
 
-#include "encoder/models/patch_distance.h"
-
 namespace btfc {
 namespace {
 
@@ -71,26 +69,31 @@ Candidates find_candidates_plain(const MatchImage& sample, std::uint32_t patch_s
   return merge(rows);
 }
 
-Candidates find_candidates(const MatchImage& sample, std::uint32_t patch_size, const BoundaryZone& zone,
+Candidates find_candidates(const PairPlanes& sample, std::uint32_t patch_size, const BoundaryZone& zone,
                            double tau) {
   const double threshold = threshold_of(zone, tau);
+  const PairTemplate wanted = pair_template(zone, sample);
+  const std::uint32_t columns = sample.width() - patch_size + 1, row_count = sample.height() - patch_size + 1;
   // A distance above both the threshold and the best so far, of any thread, no longer matters; once a
   // candidate is below the threshold, only its like do. Which sums are given up depends on timing, the result
   // does not.
   std::atomic<std::uint64_t> best{UINT64_MAX};
   const auto bound = static_cast<std::uint64_t>(threshold);
-  std::vector<RowCandidates> rows(sample.height - patch_size + 1);
-  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t y) {
-    for (std::uint32_t x = 0; x + patch_size <= sample.width; ++x) {
+  std::vector<RowCandidates> rows(row_count);
+  tbb::parallel_for(std::uint32_t{0}, row_count, [&](std::uint32_t y) {
+    constexpr std::uint32_t kGroup = 256;  // positions between two looks at the best so far
+    std::uint64_t distances[kGroup];
+    for (std::uint32_t x = 0; x < columns; x += kGroup) {
+      const std::uint32_t count = std::min(kGroup, columns - x);
       const std::uint64_t limit = std::max(bound, best.load(std::memory_order_relaxed));
-      const PatchPosition at{x, static_cast<std::uint32_t>(y)};
-      const std::uint64_t distance = zone_distance(sample, at, zone, limit);
-      if (distance > limit) continue;
-      rows[y].add(at, distance, threshold);
-      const std::uint64_t wanted = rows[y].below.empty() ? distance : 0;
-      std::uint64_t seen = best.load(std::memory_order_relaxed);
-      while (wanted < seen && !best.compare_exchange_weak(seen, wanted, std::memory_order_relaxed)) {
+      zone_distances(sample, wanted, x, y, count, limit, distances);
+      for (std::uint32_t p = 0; p < count; ++p) {
+        if (distances[p] <= limit) rows[y].add({x + p, y}, distances[p], threshold);
       }
+    }
+    const std::uint64_t mine = rows[y].below.empty() ? rows[y].best_distance : 0;
+    std::uint64_t seen = best.load(std::memory_order_relaxed);
+    while (mine < seen && !best.compare_exchange_weak(seen, mine, std::memory_order_relaxed)) {
     }
   });
   return merge(rows);

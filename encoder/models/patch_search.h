@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "encoder/models/patch_distance.h"
 #include "encoder/models/patch_features.h"
 #include "format/models/patch_payload.h"
 
@@ -31,8 +32,9 @@ using Candidates = std::vector<PatchPosition>;
 Candidates find_candidates_plain(const MatchImage& sample, std::uint32_t patch_size, const BoundaryZone& zone,
                                  double tau);
 
-// The same result by SIMD rows with early exit, on the threads of the calling oneTBB arena.
-Candidates find_candidates(const MatchImage& sample, std::uint32_t patch_size, const BoundaryZone& zone,
+// The same result by SIMD over positions with early exit, on the threads of the calling oneTBB arena. The
+// zone must show values within the sample's range, as a texture made of it does.
+Candidates find_candidates(const PairPlanes& sample, std::uint32_t patch_size, const BoundaryZone& zone,
                            double tau);
 
 }  // namespace btfc

@@ -41,6 +41,7 @@ class Synthesis {
         settings_(settings),
         tables_(samples),
         match_(match_image(tables_, samples)),
+        planes_(match_),
         width_(shape.full_width()),
         strip_(samples, width_, shape.size, shape.overlap),
         before_(strip_),
@@ -159,7 +160,7 @@ class Synthesis {
     }
     const Candidates candidates = settings_.plain_search
                                       ? find_candidates_plain(match_, s_.size, zone, settings_.tau)
-                                      : find_candidates(match_, s_.size, zone, settings_.tau);
+                                      : find_candidates(planes_, s_.size, zone, settings_.tau);
     return candidates[pick(candidates.size())];
   }
 
@@ -315,6 +316,7 @@ class Synthesis {
   const SynthesisSettings& settings_;
   MatchTables tables_;
   MatchImage match_;
+  PairPlanes planes_;
   std::size_t width_;  // of the whole texture
   Strip strip_, before_;
   Strip first_;  // strip 0 of a texture that wraps

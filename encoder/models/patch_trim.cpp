@@ -1,43 +1,20 @@
-// Quilting: decoding the recipe over a sample whose codes are its own coordinates tells which texel is shown
-// where. Liang: a patch shows all of itself, as far as it lies in the texture.
+// Quilting: PatchOrigin tells which texel is shown where. Liang: a patch shows all of itself, as far as it
+// lies in the texture.
 #include "encoder/models/patch_trim.h"
 
 #include <algorithm>
-#include <cstring>
 
-#include "shaders/models/patch.h"
+#include "encoder/models/patch_origin.h"
 
 namespace btfc {
 namespace {
 
 std::vector<bool> shown_by_quilting(const Head& head, const PatchShape& s, const PatchRecipe& recipe) {
-  Head where = head;
-  Map map;
-  map.channels = 2;
-  map.type = SampleType::unorm16;
-  where.maps = {map};
-  SampleCodes codes;
-  for (std::uint32_t y = 0; y < s.sample_height; ++y) {
-    for (std::uint32_t x = 0; x < s.sample_width; ++x) {
-      codes.insert(codes.end(), {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)});
-    }
-  }
-  std::vector<RawChunk> chunks = patch_write(where, s, recipe, {&codes, 1});
-  const ChunkReader reader = [&](const ChunkKey& key) -> Result<Bytes> {
-    const auto found = std::find_if(chunks.begin(), chunks.end(),
-                                    [&](const RawChunk& c) { return c.key.order() == key.order(); });
-    return std::move(found->raw);
-  };
+  const PatchOrigin origin = PatchOrigin::of_recipe(head, s, recipe);
   std::vector<bool> shown(std::size_t{s.sample_width} * s.sample_height);
-  const Result<LoadedItem> item = patch_load(where, write_patch_parm(s), reader);
-  if (!item) return std::vector<bool>(shown.size(), true);  // cannot happen: the recipe is ours
-  PatchParams params;
-  std::memcpy(&params, item->map_params[0].data(), sizeof params);
-  const BtfcWords words{
-      {item->words[0].data(), item->words[1].data(), item->words[2].data(), item->words[3].data()}};
   for (std::uint32_t y = 0; y < head.height; ++y) {
     for (std::uint32_t x = 0; x < head.width; ++x) {
-      const uvec4 at = patch_codes(words, params, x, y);
+      const PatchPosition at = origin.at(x, y);
       shown[std::size_t{at.y} * s.sample_width + at.x] = true;
     }
   }

@@ -339,7 +339,7 @@ Result<PatchShape> read_patch_parm(ByteView parm, const Head& head) {
   s.blend = static_cast<PatchBlend>(parm[24]);
   s.cuts = static_cast<CutLayout>(parm[25]);
   s.stored_blocks = load_u32(&parm[28]);
-  s.wraps = head.wrap_u == Wrap::repeat;
+  s.wraps = head.wrap_u == Wrap::repeat && head.wrap_v == Wrap::repeat;
   if (const Result<Done> checked = check_patch_shape(s, head); !checked) return checked.error();
   return s;
 }

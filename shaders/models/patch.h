@@ -57,15 +57,22 @@ BTFC_FN uint patch_cut(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint slot, uint
   return value & ((1u << p.cut_bits) - 1u);
 }
 
+// Numbers of the cuts of patch (i, j): towards its left neighbour, towards the row above.
+BTFC_FN uint patch_number_v(BTFC_IN(PatchParams) p, uint i, uint j) {
+  return p.wraps == 1u ? j * p.patch_count_x + i : j * (p.patch_count_x - 1u) + i - 1u;
+}
+BTFC_FN uint patch_number_h(BTFC_IN(PatchParams) p, uint i, uint j) {
+  return (p.wraps == 1u ? j : j - 1u) * p.patch_count_x + i;
+}
+
 // The cut between patch (i, j) and its left neighbour, at local row v.
 BTFC_FN uint patch_cut_v(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint i, uint j, uint v) {
-  uint cut = p.wraps == 1u ? j * p.patch_count_x + i : j * (p.patch_count_x - 1u) + i - 1u;
-  return patch_cut(words, p, PATCH_CUTS_V, cut, v);
+  return patch_cut(words, p, PATCH_CUTS_V, patch_number_v(p, i, j), v);
 }
 
 // The cut between patch (i, j) and the one above, at local column u.
 BTFC_FN uint patch_cut_h(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint i, uint j, uint u) {
-  return patch_cut(words, p, PATCH_CUTS_H, (p.wraps == 1u ? j : j - 1u) * p.patch_count_x + i, u);
+  return patch_cut(words, p, PATCH_CUTS_H, patch_number_h(p, i, j), u);
 }
 
 // The sample's codes that patch (i, j) shows at local (u, v).
@@ -95,13 +102,9 @@ BTFC_FN uvec4 patch_lerp(uint sample_type, BTFC_IN(uvec4) a, BTFC_IN(uvec4) b, u
                patch_lerp_code(sample_type, a.z, b.z, w), patch_lerp_code(sample_type, a.w, b.w, w));
 }
 
-// Codes of texel (x, y) inside the texture.
-BTFC_FN uvec4 patch_codes(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint x, uint y) {
+// Codes of the texel at local (u, v) of patch (i, j), where that patch is the last one that covers it.
+BTFC_FN uvec4 patch_codes_at(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint i, uint j, uint u, uint v) {
   uint step = p.patch_size - p.overlap;
-  uint i = min(x / step, p.patch_count_x - 1u);
-  uint j = min(y / step, p.patch_count_y - 1u);
-  uint u = x - i * step;
-  uint v = y - j * step;
   bool in_left = (i > 0u || p.wraps == 1u) && u < p.overlap;
   bool in_above = (j > 0u || p.wraps == 1u) && v < p.overlap;
   uint left = i > 0u ? i - 1u : p.patch_count_x - 1u;  // used in overlaps only
@@ -132,6 +135,14 @@ BTFC_FN uvec4 patch_codes(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint x, uint
     upper = patch_lerp(p.sample_type, patch_texel(words, p, left, above, u + step, v + step), upper, across);
   }
   return patch_lerp(p.sample_type, upper, row, patch_weight(v, p.overlap));
+}
+
+// Codes of texel (x, y) inside the texture.
+BTFC_FN uvec4 patch_codes(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint x, uint y) {
+  uint step = p.patch_size - p.overlap;
+  uint i = min(x / step, p.patch_count_x - 1u);
+  uint j = min(y / step, p.patch_count_y - 1u);
+  return patch_codes_at(words, p, i, j, x - i * step, y - j * step);
 }
 
 // The answer for any query: codes, then values.

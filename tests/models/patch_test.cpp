@@ -279,17 +279,20 @@ TEST(PatchSearch, FastEqualsPlain) {
 }
 
 TEST(PatchSearch, LongRowsDoNotOverflow) {
-  // Largest differences over rows longer than one run of 32-bit sums.
-  Image image = constant(700, 4, 4, SampleType::unorm16, 0);
+  // Largest differences over rows longer than one run of 32-bit sums; odd lengths, runs that do not begin at
+  // 0.
+  Image image = constant(500, 499, 1, SampleType::unorm16, 0);
   for (std::size_t i = 0; i < image.codes.size() / 2; ++i) image.codes[i] = 65535;
   const MatchImage match = match_image(MatchTables({&image, 1}), {&image, 1});
+  const PairPlanes planes(match);
   BoundaryZone zone;
-  zone.runs = {{0, 0, 4}};
-  zone.values.assign(16, 4095);
-  EXPECT_EQ(find_candidates(match, 4, zone, 0.1), find_candidates_plain(match, 4, zone, 0.1));
-  zone.runs = {{0, 0, 696}, {1, 0, 696}};
-  zone.values.assign(2 * 696 * 4, 0);
-  EXPECT_EQ(find_candidates(match, 4, zone, 0.0), find_candidates_plain(match, 4, zone, 0.0));
+  zone.runs = {{0, 0, 495}, {490, 3, 201}};
+  for (const std::int16_t shown : {std::int16_t{4095}, std::int16_t{0}}) {
+    zone.values.assign(696, shown);
+    for (const double tau : {0.0, 0.1}) {
+      EXPECT_EQ(find_candidates(planes, 495, zone, tau), find_candidates_plain(match, 495, zone, tau));
+    }
+  }
 }
 
 // All paths of a small overlap, by recursion.

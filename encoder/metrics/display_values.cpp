@@ -1,0 +1,31 @@
+// Tables from codes to display-coded values, and luma.
+#include "encoder/metrics/display_values.h"
+
+#include <cmath>
+
+namespace btfc {
+
+std::vector<float> display_table(const Image& image) {
+  const bool linear = image.type == SampleType::float16 && image.colour_space != ColourSpace::data &&
+                      image.colour_space != ColourSpace::srgb_rec709_scene;
+  std::vector<float> table(image.type == SampleType::unorm8 ? 256 : 65536);
+  for (std::size_t code = 0; code < table.size(); ++code) {
+    double v = code_value(image.type, static_cast<std::uint16_t>(code));
+    v = std::isnan(v) ? 0 : std::fmin(std::fmax(v, 0), 1);
+    if (linear) v = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+    table[code] = static_cast<float>(v);
+  }
+  return table;
+}
+
+std::vector<double> luma(const Image& image, const std::vector<float>& display) {
+  std::vector<double> out(std::size_t{image.width} * image.height);
+  for (std::size_t q = 0; q < out.size(); ++q) {
+    const std::uint16_t* c = &image.codes[q * image.channels];
+    out[q] = image.channels >= 3 ? 0.299 * display[c[0]] + 0.587 * display[c[1]] + 0.114 * display[c[2]]
+                                 : static_cast<double>(display[c[0]]);
+  }
+  return out;
+}
+
+}  // namespace btfc

@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 import unittest
+import xml.etree.ElementTree
 from pathlib import Path
 
 sys.dont_write_bytecode = True
@@ -404,6 +405,44 @@ class ReportTest(CommandTest):
         parm = 8 * [c["raw_bytes"] for c in self.json("info", self.file, "--json")["chunks"] if c["type"] == "PARM"][0]
         for args, cuts in ((["--blend", "liang"], 0), (["--pack", "packed"], 1980), (["--pack", "rgba8"], 3960)):
             self.assertEqual(self.size(*k11, *args)["formula_bits"], 8 * (12288 + 244 + 2 * cuts) + parm)
+
+    def test_size_sweep(self):
+        args = ["size", "--model", "patch", "--sample", "64x64", "--wb", "36", "--we", "14", "--blend", "quilting"]
+        plot = self.path("sweep.svg")
+        said = self.json(*args, "--sweep", "k=2:20:3", "--plot", plot, "--json")
+        self.assertEqual((said["sweep"], [p["value"] for p in said["points"]]), ("k", [2, 5, 8, 11, 14, 17, 20]))
+        points = {p["value"]: p for p in said["points"]}
+        for k, bits in ((11, 131984), (20, 214208)):
+            point, alone = points[k], self.json(*args, "--k", str(k), "--json")
+            self.assertEqual(point["paper"]["bits"], bits)
+            for key in set(point) - {"value"}:
+                self.assertEqual(point[key], alone[key], key)
+        root = xml.etree.ElementTree.parse(plot).getroot()
+        self.assertEqual(root.tag, "{http://www.w3.org/2000/svg}svg")
+        texts = [text.text for text in root.iter("{http://www.w3.org/2000/svg}text")]
+        self.assertTrue({"k", "bits per texel", "formula", "10", "20"} <= set(texts), texts)
+
+        table = self.ok(*args, "--sweep", "k=2:20:3").splitlines()
+        self.assertEqual(table[0].split(), ["k", "width", "height", "formula_bits", "bits_per_texel", "ratio_u8",
+                                            "paper.bits", "paper.bits_per_texel"])
+        self.assertEqual(len(table), 8)
+        self.assertEqual((table[4].split()[:3], table[4].split()[6]), (["11", "256", "256"], "131984"))
+        # A value that is not possible says why, in its place.
+        said = self.json("size", "--model", "patch", "--sample", "64x64", "--k", "4", "--sweep", "wb=60:70:2", "--json")
+        self.assertEqual(["error" in p for p in said["points"]], [False] * 3 + [True] * 3)
+        self.assertIn("2 to 64", said["points"][3]["error"])
+
+        size = ["size", "--model", "patch", "--sample", "64x64"]
+        for sweep in ("", "k", "k=", "=1:2:1", "k=1:2", "k=1:2:1:1", "k=2:1:1", "k=1:2:0", "k=a:2:1", "k=-1:2:1",
+                      "k=1:2:1x", "k=1.5:2:1", "k=0:4000000000:1"):
+            self.fails(USAGE, *size, "--sweep", sweep, says="--sweep")
+        self.fails(USAGE, *size, "--sweep", "depth=1:2:1", says=("--sweep", "depth"))
+        self.fails(USAGE, *size, "--sweep", "tau=1:2:1", says=("--sweep", "tau"))
+        self.fails(USAGE, *size, "--k", "3", "--sweep", "tileable=0:1:1", says=("--sweep", "--tileable"))
+        self.fails(USAGE, *size, "--k", "3", "--sweep", "k=1:2:1", says=("--sweep", "--k"))
+        self.fails(USAGE, *size, "--k", "3", "--sweep", "wb=80:90:1", says=("--wb", "2 to 64"))
+        self.fails(USAGE, *size, "--k", "3", "--plot", plot, says="--plot")
+        self.fails(IO, *size, "--sweep", "k=1:2:1", "--plot", self.path("no/such/folder/x.svg"), says="x.svg")
 
     def test_size_foretells_the_file(self):
         for args in (["--k", "3x5", "--wb", "9", "--we", "2"], ["--size", "40x77", "--blend", "liang"],

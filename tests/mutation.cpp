@@ -20,20 +20,15 @@ constexpr std::uint64_t kMostReshapedBytes = 32768;
 std::uint64_t boundary(Random& random) { return kBoundaries[random.below(std::size(kBoundaries))]; }
 
 // Half of the edits hit the header and the index, which are a small part of a file and hold most of its
-// rules.
-std::size_t position(Random& random, const Bytes& file) {
+// rules. With repaired hashes more of them get past the header.
+std::size_t position(Random& random, const Bytes& file, Damage damage) {
   const std::size_t size = file.size();
-  switch (random.below(4)) {
-    case 0:
-      return random.below(std::min<std::size_t>(size, kHeaderBytes));
-    case 1: {
-      const std::uint64_t index =
-          size < kHeaderBytes ? 0 : std::uint64_t{load_u32(&file[24])} * kIndexEntryBytes;
-      return random.below(std::min<std::uint64_t>(size, kHeaderBytes + index));
-    }
-    default:
-      return random.below(size);
-  }
+  if (random.one_in(2)) return random.below(size);
+  if (random.one_in(damage == Damage::repaired ? 8 : 2))
+    return random.below(std::min<std::size_t>(size, kHeaderBytes));
+  const std::uint64_t index = size < kHeaderBytes ? 0 : std::uint64_t{load_u32(&file[24])} * kIndexEntryBytes;
+  const std::uint64_t end = std::min<std::uint64_t>(size, kHeaderBytes + index);
+  return end <= kHeaderBytes ? random.below(size) : kHeaderBytes + random.below(end - kHeaderBytes);
 }
 
 // One edit that keeps the size.
@@ -192,7 +187,7 @@ Mutant mutate(const std::vector<Seed>& seeds, std::uint64_t run, std::uint64_t n
   mutant.damage = kind < 2 ? Damage::bytes : Damage::repaired;
   mutant.file = seeds[mutant.seed].file;
   for (std::uint64_t n = 1 + random.below(8); n > 0; --n)
-    edit(random, seeds, mutant.file, position(random, mutant.file));
+    edit(random, seeds, mutant.file, position(random, mutant.file, mutant.damage));
   if (random.one_in(16)) resize_file(random, mutant.file);
   if (mutant.damage == Damage::repaired) repair_hashes(mutant.file);
   return mutant;

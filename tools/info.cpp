@@ -1,8 +1,10 @@
 // btfc info, verify and size: what a file holds, whether it keeps the rules, and the formula with no file.
+#include "encoder/output/atomic_file.h"
 #include "format/container.h"
 #include "tools/command.h"
 #include "tools/file_source.h"
 #include "tools/size_report.h"
+#include "tools/sweep.h"
 
 namespace btfc {
 namespace {
@@ -14,6 +16,7 @@ struct FileArguments {
 
 struct SizeArguments {
   std::string model;
+  std::optional<std::string> sweep, plot;
   OptionValues options;
   Report report;
 };
@@ -83,6 +86,21 @@ int verify(FileArguments& a) {
   return verified ? kExitOk : stop(placed(a.input, verified.error()));
 }
 
+int swept_size(const SizeArguments& a, const ModelFormat& model) {
+  const auto stop = [](const Error& e) { return fail("size", e); };
+  const Result<SweepRange> range = parse_sweep(*a.sweep);
+  if (!range) return stop(range.error());
+  const Result<Sweep> sweep = run_sweep(model, a.options, *range);
+  if (!sweep) return stop(sweep.error());
+  if (a.plot) {
+    const std::string svg = sweep_svg(*sweep);
+    const ByteView bytes(reinterpret_cast<const std::uint8_t*>(svg.data()), svg.size());
+    if (const auto wrote = write_file(*a.plot, bytes); !wrote) return stop(wrote.error());
+  }
+  const auto wrote = a.report.write(sweep_text(*sweep), sweep_json(*sweep));
+  return wrote ? kExitOk : stop(wrote.error());
+}
+
 int size(SizeArguments& a) {
   const auto stop = [&](const Error& e) { return fail("size", e); };
   const ModelFormat* model = find_model(a.model);
@@ -90,6 +108,8 @@ int size(SizeArguments& a) {
     return stop(bad_argument(fmt::format("there is no model '{}', see 'btfc models'", a.model)));
   if (const auto known = check_model_options(*model, model->size_options, a.options); !known)
     return stop(known.error());
+  if (a.sweep) return swept_size(a, *model);
+  if (a.plot) return stop(bad_argument("--plot draws a --sweep, and there is none"));
   const Result<ItemDescription> item = model->describe(a.options);
   if (!item) return stop(item.error());
   const Result<Layout> layout = model->layout(item->head, item->parm);
@@ -123,6 +143,9 @@ Verb add_size(CLI::App& app) {
   auto a = std::make_shared<SizeArguments>();
   CLI::App* verb = app.add_subcommand("size", "sizes by formula, with no file");
   verb->add_option("--model", a->model, "the model, see 'btfc models'")->required()->type_name("ID");
+  verb->add_option("--sweep", a->sweep, "a table over values of one of the model's options")
+      ->type_name("NAME=FROM:TO:STEP");
+  verb->add_option("--plot", a->plot, "the sweep as a picture")->type_name("OUT.svg");
   a->report.attach(*verb);
   for (const ModelFormat& model : models()) add_model_options(*verb, model, model.size_options, a->options);
   return {verb, [a] { return size(*a); }};

@@ -27,10 +27,8 @@ PatchOrigin PatchOrigin::of_recipe(const Head& head, const PatchShape& shape, co
   grey.maps = {map};
   PatchShape whole = shape;
   whole.stored_blocks = 0;
-  PatchRecipe untrimmed = recipe;
-  untrimmed.blocks.clear();
   const SampleCodes codes(std::size_t{shape.sample_width} * shape.sample_height);
-  std::vector<RawChunk> chunks = patch_write(grey, whole, untrimmed, {&codes, 1});
+  std::vector<RawChunk> chunks = patch_write(grey, whole, recipe, {&codes, 1});
   const ChunkReader reader = [&](const ChunkKey& key) -> Result<Bytes> {
     const auto found = std::find_if(chunks.begin(), chunks.end(),
                                     [&](const RawChunk& c) { return c.key.order() == key.order(); });

@@ -14,7 +14,7 @@ class PatchOrigin {
  public:
   // Of a file; the sample that it holds is replaced.
   PatchOrigin(LoadedItem item, const PatchShape& shape);
-  // Of a recipe that has not been written yet. head: the texture's size and wrapping.
+  // Of a recipe that has not been written yet, and not been trimmed. head: the texture's size and wrapping.
   static PatchOrigin of_recipe(const Head& head, const PatchShape& shape, const PatchRecipe& recipe);
 
   // For x < width and y < height of the head.

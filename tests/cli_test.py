@@ -34,7 +34,7 @@ SIZE_KEYS = {"model", "format_version", "width", "height", "channels", "views", 
              "formula_bits", "memory_bits", "raw_bytes_u8", "bits_per_texel", "bits_per_sample", "ratio_u8",
              "ratio_u16", "unbounded", "paper", "parameters"}
 INFO_KEYS = SIZE_KEYS | {"file_bytes", "header_bytes", "index_bytes", "padding_bytes", "stored_bytes"}
-COMPARE_KEYS = {"psnr_db", "rmse_8bit", "ssim", "peak_8bit"}
+COMPARE_KEYS = {"psnr_db", "rmse_8bit", "ssim", "peak_8bit", "gradient_kept", "spectrum_distance", "seam_ratio"}
 BENCH_KEYS = {"cpu_full_mtexel_s", "cpu_random_mtexel_s", "cpu_batch_mtexel_s", "cpu_naive_mtexel_s",
               "memcpy_mtexel_s", "raw_random_mtexel_s", "threads"}
 ENCODE_KEYS = {"output", "model", "width", "height", "file_bytes", "payload_bits", "formula_bits", "bits_per_texel",
@@ -333,6 +333,11 @@ class ExitCodeTest(CommandTest):
         self.ok("compare", self.file, decoded)
         self.ok("compare", decoded, self.file)
         self.fails(USAGE, "compare", self.image, self.file)  # other sizes have no PSNR
+        said = self.json("compare", self.image, self.file, "--statistics", "--json")
+        self.assertEqual((said["psnr_db"], said["ssim"], said["identical"]), (None, None, False))
+        self.assertTrue(all(0.3 < said[key] < 3 for key in ("gradient_kept", "seam_ratio")), said)
+        said = self.json("compare", self.image, self.image, "--json")
+        self.assertEqual((said["gradient_kept"], said["spectrum_distance"], said["seam_ratio"]), (1, 0, None))
         os.unlink(other)
         os.unlink(decoded)
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cstring>
+#include <memory>
 #include <new>
 #include <optional>
 #include <vector>
@@ -114,6 +115,16 @@ ByteSource byte_source(const btfc_source* source) {
   return bytes;
 }
 
+// The reader's source is set; its file is opened, and the caller gets it.
+btfc_result open_reader(std::unique_ptr<btfc_reader> reader, const btfc_options* options,
+                        btfc_reader** reader_ret, btfc_error* error) {
+  Result<OpenedFile> file = open_file(reader->bytes, limits_of(options));
+  if (!file) return report(file.error(), error);
+  reader->file = *std::move(file);
+  *reader_ret = reader.release();
+  return BTFC_OK;
+}
+
 btfc_sample sample_of(const Map& map) { return static_cast<btfc_sample>(map.type); }
 
 bool good_sample(btfc_sample sample) { return sample >= BTFC_UNORM8 && sample <= BTFC_FLOAT32; }
@@ -194,17 +205,10 @@ btfc_result btfc_reader_open(const btfc_source* source, const btfc_options* opti
   if (source == nullptr || source->read == nullptr) return bad(error, "source or its read function is NULL");
   if (!good(options)) return bad(error, "options->struct_size is smaller than btfc_options");
   return guarded(error, [&] {
-    auto* reader = new btfc_reader;
+    auto reader = std::make_unique<btfc_reader>();
     reader->source = *source;
     reader->bytes = byte_source(&reader->source);
-    Result<OpenedFile> file = open_file(reader->bytes, limits_of(options));
-    if (!file) {
-      delete reader;
-      return report(file.error(), error);
-    }
-    reader->file = *std::move(file);
-    *reader_ret = reader;
-    return BTFC_OK;
+    return open_reader(std::move(reader), options, reader_ret, error);
   });
 }
 
@@ -215,17 +219,10 @@ btfc_result btfc_reader_open_memory(const void* data, size_t data_size, const bt
   if (data == nullptr && data_size != 0) return bad(error, "data is NULL");
   if (!good(options)) return bad(error, "options->struct_size is smaller than btfc_options");
   return guarded(error, [&] {
-    auto* reader = new btfc_reader;
+    auto reader = std::make_unique<btfc_reader>();
     reader->memory = ByteView(static_cast<const std::uint8_t*>(data), data_size);
     reader->bytes = memory_source(&reader->memory);
-    Result<OpenedFile> file = open_file(reader->bytes, limits_of(options));
-    if (!file) {
-      delete reader;
-      return report(file.error(), error);
-    }
-    reader->file = *std::move(file);
-    *reader_ret = reader;
-    return BTFC_OK;
+    return open_reader(std::move(reader), options, reader_ret, error);
   });
 }
 

@@ -23,7 +23,7 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // Bytes that copy_run may write and read beyond the end.
-inline constexpr std::size_t kSlack = 64;
+inline constexpr std::size_t kSlack = HWY_MAX_BYTES;
 
 // Copies whole vectors; what it writes too much is overwritten by the run that follows. source_end bounds
 // what may be read.

@@ -17,6 +17,9 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+// Two vectors of positions may reach this far beyond the last one.
+static_assert(2 * HWY_MAX_BYTES / 4 <= PairPlanes::kPaddingTexels);
+
 // Pairs between two looks at whether a group of positions can be given up.
 constexpr std::uint32_t kStepsALook = 96;
 
@@ -115,7 +118,7 @@ PairPlanes::PairPlanes(const MatchImage& sample)
     : width_(sample.width),
       height_(sample.height),
       channels_(sample.channels),
-      stride_(sample.width + 2 * HWY_MAX_BYTES / 4) {
+      stride_(sample.width + kPaddingTexels) {
   const auto [least, most] = std::minmax_element(sample.values.begin(), sample.values.end());
   range_ = static_cast<std::uint32_t>(*most - *least);
   pairs_.resize(2 * stride_ * height_ * channels_);

@@ -14,6 +14,9 @@ struct BoundaryZone;
 // past the last position.
 class PairPlanes {
  public:
+  // Behind each row, for vectors of up to 256 bytes; not Highway's own constant, which differs between
+  // targets.
+  static constexpr std::size_t kPaddingTexels = 128;
   explicit PairPlanes(const MatchImage& sample);
   const std::int16_t* at(std::uint32_t channel, std::uint32_t x, std::uint32_t y) const {
     return pairs_.data() + 2 * ((std::size_t{channel} * height_ + y) * stride_ + x);

@@ -39,8 +39,9 @@ std::vector<std::uint8_t> display_bytes(const std::vector<std::uint8_t>& codes, 
   return bytes;
 }
 
-// OpenImageIO's writers do not all report a full disk; what they write goes through here, where no error is
-// lost.
+// OpenImageIO's writers do not all report a full disk, and its EXR writer reads freed memory when told of
+// one. What they write goes through here: they always hear of success, and the pending file remembers that it
+// failed.
 class PendingProxy : public OIIO::Filesystem::IOProxy {
  public:
   explicit PendingProxy(PendingFile& file) : IOProxy(file.path(), Write), file_(file) {}
@@ -53,7 +54,7 @@ class PendingProxy : public OIIO::Filesystem::IOProxy {
   }
   std::size_t pwrite(const void* data, std::size_t count, std::int64_t offset) override {
     const ByteView bytes(static_cast<const std::uint8_t*>(data), count);
-    if (!file_.write_at(static_cast<std::uint64_t>(offset), bytes)) return 0;
+    file_.write_at(static_cast<std::uint64_t>(offset), bytes);
     size_ = std::max(size_, offset + static_cast<std::int64_t>(count));
     return count;
   }

@@ -15,7 +15,6 @@ class FileSource {
   FileSource& operator=(FileSource&&) = delete;
   ~FileSource();
   ByteSource source() const;
-  int descriptor() const { return file_; }
 
  private:
   FileSource(int file, std::uint64_t size) : file_(file), size_(size) {}

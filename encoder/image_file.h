@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "encoder/image.h"
 #include "format/result.h"
@@ -10,11 +11,13 @@
 namespace btfc {
 
 // PNG, JPEG, TIFF, EXR, HDR and what else OpenImageIO reads. 8-bit files give unorm8, 16-bit unorm16, half
-// and float ones float16. One to four channels; alpha stays as the file has it. Refused: NaN and infinity,
-// values beyond
-// +-65504 (with the first one's place and their number), other channel counts and sample types.
-// Values between float and half are rounded to nearest, ties to even.
-Result<Image> read_image(const std::string& path);
+// and float ones float16. One to max_channels channels; alpha stays as the file has it. Refused: NaN and
+// infinity, values beyond +-65504 (with the first one's place and their number), other channel counts and
+// sample types. Values between float and half are rounded to nearest, ties to even.
+Result<Image> read_image(const std::string& path, std::uint32_t max_channels = 4);
+
+// "R", "G", "B", "550.5", …: as the file has them.
+Result<std::vector<std::string>> image_channel_names(const std::string& path);
 
 // What write_image_rows needs to know before the first row.
 struct ImageHeader {

@@ -67,16 +67,22 @@ Result<Done> to_half_codes(const std::string& path, const std::vector<float>& va
 
 }  // namespace
 
-Result<Image> read_image(const std::string& path) {
+Result<std::vector<std::string>> image_channel_names(const std::string& path) {
+  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path);
+  if (!input) return unreadable(path, OIIO::geterror());
+  return input->spec().channelnames;
+}
+
+Result<Image> read_image(const std::string& path, std::uint32_t max_channels) {
   OIIO::ImageSpec config;
   config["oiio:UnassociatedAlpha"] = 1;  // codes as stored: PNG's alpha is not multiplied in
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path, &config);
   if (!input) return unreadable(path, OIIO::geterror());
   const OIIO::ImageSpec& spec = input->spec();
-  if (spec.nchannels < 1 || spec.nchannels > 4 || spec.depth > 1) {
+  if (spec.nchannels < 1 || spec.nchannels > static_cast<int>(max_channels) || spec.depth > 1) {
     return Error{Status::unsupported,
-                 fmt::format("'{}' has {} channels and depth {}, expected 1 to 4 channels of a flat image",
-                             path, spec.nchannels, spec.depth),
+                 fmt::format("'{}' has {} channels and depth {}, expected 1 to {} channels of a flat image",
+                             path, spec.nchannels, spec.depth, max_channels),
                  "", 0};
   }
   if (spec.width < 1 || spec.height < 1 || spec.width > static_cast<int>(kMaxSide) ||

@@ -1,0 +1,37 @@
+// The list of formats, and the choice among them.
+#include "encoder/input/dataset_read.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "encoder/input/dataset_format.h"
+
+namespace btfc {
+namespace {
+
+constexpr std::array<DatasetFormat, 0> kFormats = {};
+
+const DatasetFormat* format_of(const std::string& path) {
+  for (const DatasetFormat& format : dataset_formats()) {
+    if (format.recognises(path)) return &format;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::span<const DatasetFormat> dataset_formats() { return kFormats; }
+
+bool is_dataset(const std::string& path) { return format_of(path) != nullptr; }
+
+Result<DatasetRead> read_dataset(const std::string& path, const DatasetReadOptions& options) {
+  const DatasetFormat* format = format_of(path);
+  if (format != nullptr) return format->read(path, options);
+  std::string known;
+  for (const DatasetFormat& each : dataset_formats())
+    known += std::string(known.empty() ? "" : ", ") + each.name;
+  return bad_argument(fmt::format("'{}' is no data set of a known kind ({})", path, known));
+}
+
+}  // namespace btfc

@@ -69,10 +69,10 @@ Candidates find_candidates_plain(const MatchImage& sample, std::uint32_t patch_s
   return merge(rows);
 }
 
-Candidates find_candidates(const PairPlanes& sample, std::uint32_t patch_size, const BoundaryZone& zone,
+Candidates find_candidates(const SearchPlanes& sample, std::uint32_t patch_size, const BoundaryZone& zone,
                            double tau) {
   const double threshold = threshold_of(zone, tau);
-  const PairTemplate wanted = pair_template(zone, sample);
+  const ZoneTemplate wanted = zone_template(zone, sample);
   const std::uint32_t columns = sample.width() - patch_size + 1, row_count = sample.height() - patch_size + 1;
   // A distance above both the threshold and the best so far, of any thread, no longer matters; once a
   // candidate is below the threshold, only its like do. Which sums are given up depends on timing, the result

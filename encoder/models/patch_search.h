@@ -34,7 +34,7 @@ Candidates find_candidates_plain(const MatchImage& sample, std::uint32_t patch_s
 
 // The same result by SIMD over positions with early exit, on the threads of the calling oneTBB arena. The
 // zone must show values within the sample's range, as a texture made of it does.
-Candidates find_candidates(const PairPlanes& sample, std::uint32_t patch_size, const BoundaryZone& zone,
+Candidates find_candidates(const SearchPlanes& sample, std::uint32_t patch_size, const BoundaryZone& zone,
                            double tau);
 
 }  // namespace btfc

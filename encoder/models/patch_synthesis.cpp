@@ -227,6 +227,16 @@ class Synthesis {
     }
   }
 
+  // Copies `count` texels of a sample row to (x, v) of the strip.
+  void copy_row(std::size_t x, std::uint32_t v, std::uint32_t sample_x, std::uint32_t sample_y,
+                std::uint32_t count) {
+    for (std::size_t m = 0; m < samples_.size(); ++m) {
+      const std::size_t channels = samples_[m].channels;
+      std::copy_n(&samples_[m].codes[samples_[m].index(sample_x, sample_y, 0)], count * channels,
+                  &strip_.maps[m][(std::size_t{v} * width_ + x) * channels]);
+    }
+  }
+
   void paste(std::uint32_t i, std::uint32_t j, const PatchPosition& at) {
     if (quilting() && i > 0) {
       keep(cut_v(i, j), cut([&](auto a, auto t, auto* out) { shown_values(i, j, a, t, out); },
@@ -237,14 +247,20 @@ class Synthesis {
                             [&](auto a, auto t) { return match_.row(at.x + t, at.y + a); }));
     }
     const std::size_t left = std::size_t{i} * s_.step();
+    // The last patch of a strip that wraps is closed below.
+    const auto end = static_cast<std::uint32_t>(std::min<std::size_t>(s_.size, width_ - left));
     for (std::uint32_t v = 0; v < s_.size; ++v) {
-      for (std::uint32_t u = 0; u < s_.size && left + u < width_; ++u) {
-        const bool in_left = i > 0 && u < s_.overlap;
-        if (in_left && quilting() && u < cut_v(i, j)[v]) continue;  // the left patch stays
-        put(left + u, v, at.x + u, at.y + v, in_left && !quilting() ? patch_weight(u, s_.overlap) : kReplace,
-            false);
-        if (quilting() && j > 0 && v < s_.overlap)
-          strip_.above[v * width_ + left + u] = v < cut_h(i, j)[u] ? 1 : 0;
+      std::uint32_t begin = 0;
+      if (i > 0 && quilting()) begin = cut_v(i, j)[v];  // before it the left patch stays
+      if (i > 0 && !quilting()) {
+        for (; begin < s_.overlap; ++begin) {
+          put(left + begin, v, at.x + begin, at.y + v, patch_weight(begin, s_.overlap), false);
+        }
+      }
+      copy_row(left + begin, v, at.x + begin, at.y + v, end - begin);
+      if (quilting() && j > 0 && v < s_.overlap) {
+        const auto cuts = cut_h(i, j);
+        for (std::uint32_t u = begin; u < end; ++u) strip_.above[v * width_ + left + u] = v < cuts[u] ? 1 : 0;
       }
     }
     if (s_.wraps && i + 1 == s_.count_x) close_strip(j, at);
@@ -316,7 +332,7 @@ class Synthesis {
   const SynthesisSettings& settings_;
   MatchTables tables_;
   MatchImage match_;
-  PairPlanes planes_;
+  SearchPlanes planes_;
   std::size_t width_;  // of the whole texture
   Strip strip_, before_;
   Strip first_;  // strip 0 of a texture that wraps

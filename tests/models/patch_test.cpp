@@ -280,18 +280,43 @@ TEST(PatchSearch, FastEqualsPlain) {
 
 TEST(PatchSearch, LongRowsDoNotOverflow) {
   // Largest differences over rows longer than one run of 32-bit sums; odd lengths, runs that do not begin at
-  // 0.
-  Image image = constant(500, 499, 1, SampleType::unorm16, 0);
-  for (std::size_t i = 0; i < image.codes.size() / 2; ++i) image.codes[i] = 65535;
-  const MatchImage match = match_image(MatchTables({&image, 1}), {&image, 1});
-  const PairPlanes planes(match);
-  BoundaryZone zone;
-  zone.runs = {{0, 0, 495}, {490, 3, 201}};
-  for (const std::int16_t shown : {std::int16_t{4095}, std::int16_t{0}}) {
-    zone.values.assign(696, shown);
-    for (const double tau : {0.0, 0.1}) {
-      EXPECT_EQ(find_candidates(planes, 495, zone, tau), find_candidates_plain(match, 495, zone, tau));
+  // 0; both codings of the planes.
+  for (const SampleType type : {SampleType::unorm8, SampleType::unorm16}) {
+    Image image = constant(500, 499, 1, type, 0);
+    const std::uint16_t white = type == SampleType::unorm8 ? 255 : 65535;
+    for (std::size_t i = 0; i < image.codes.size() / 2; ++i) image.codes[i] = white;
+    const MatchImage match = match_image(MatchTables({&image, 1}), {&image, 1});
+    for (const bool quads : {true, false}) {
+      const SearchPlanes planes(match, quads);
+      BoundaryZone zone;
+      zone.runs = {{0, 0, 495}, {490, 3, 201}};
+      for (const int shown : {type == SampleType::unorm8 ? 255 : 4095, 0}) {
+        zone.values.assign(696, static_cast<std::int16_t>(shown));
+        for (const double tau : {0.0, 0.1}) {
+          EXPECT_EQ(find_candidates(planes, 495, zone, tau), find_candidates_plain(match, 495, zone, tau));
+        }
+      }
     }
+  }
+}
+
+TEST(PatchSearch, ManyChannelsOfFullRange) {
+  // 16 channels of 12 bits: a row of the zone takes several 32-bit sums.
+  std::vector<Image> maps;
+  for (std::uint32_t m = 0; m < 4; ++m) maps.push_back(noise(90, 70, 4, SampleType::unorm16));
+  const MatchImage match = match_image(MatchTables(maps), maps);
+  const SearchPlanes planes(match);
+  BoundaryZone zone;
+  for (std::uint32_t v = 0; v < 64; ++v) zone.runs.push_back({v, v % 2 == 0 ? 0u : 3u, v < 9 ? 61u : 7u});
+  for (const ZoneRun& run : zone.runs) {
+    for (std::uint32_t i = 0; i < run.length * 16; ++i) {
+      zone.values.push_back(static_cast<std::int16_t>((i * 2654435761u + run.v * 40503u) % 4096));
+    }
+  }
+  for (const double tau : {0.0, 0.7, 0.9}) {
+    const Candidates fast = find_candidates(planes, 64, zone, tau);
+    EXPECT_FALSE(fast.empty());
+    EXPECT_EQ(fast, find_candidates_plain(match, 64, zone, tau));
   }
 }
 

@@ -154,7 +154,7 @@ void decode_inside(const btfc_texture& texture, std::uint32_t map, std::uint32_t
   const Map& m = texture.item.head.maps[map];
   const btfc_sample stored = sample_of(m);
   if (sample == stored) {
-    texture.model->decode_rows(texture.item, map, x, y, width, height, out, row_stride);
+    texture.model->decode_rows(texture.item, texture.tables, map, x, y, width, height, out, row_stride);
     return;
   }
   const std::size_t samples = std::size_t{width} * m.channels;
@@ -164,7 +164,8 @@ void decode_inside(const btfc_texture& texture, std::uint32_t map, std::uint32_t
   for (std::uint32_t r = 0; r < height; ++r) {
     if (r % kBand == 0) {
       const std::uint32_t rows = std::min(kBand, height - r);
-      texture.model->decode_rows(texture.item, map, x, y + r, width, rows, band.data(), row_bytes);
+      texture.model->decode_rows(texture.item, texture.tables, map, x, y + r, width, rows, band.data(),
+                                 row_bytes);
     }
     const std::uint8_t* row = band.data() + r % kBand * row_bytes;
     for (std::size_t s = 0; s < samples; ++s) {

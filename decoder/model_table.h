@@ -17,8 +17,9 @@ struct DecoderModel {
   std::vector<std::uint64_t> (*make_tables)(const LoadedItem& item);
   // Optional second implementation for rectangles inside the texture: samples in the map's own type, channels
   // interleaved, rows row_stride bytes apart. A test holds it against eval. Null: the generic loop is used.
-  void (*decode_rows)(const LoadedItem& item, std::uint32_t map, std::uint32_t x, std::uint32_t y,
-                      std::uint32_t width, std::uint32_t height, std::uint8_t* out, std::size_t row_stride);
+  void (*decode_rows)(const LoadedItem& item, const std::vector<std::uint64_t>& tables, std::uint32_t map,
+                      std::uint32_t x, std::uint32_t y, std::uint32_t width, std::uint32_t height,
+                      std::uint8_t* out, std::size_t row_stride);
   // Optional second implementation for texels anywhere: (x, y) pairs, samples as for decode_rows, tightly
   // packed.
   void (*decode_texels)(const LoadedItem& item, const std::vector<std::uint64_t>& tables, std::uint32_t map,

@@ -2,7 +2,7 @@
 """A table of textures made from automatically chosen samples: rates beside sharpness, spectrum and seams.
 
 sample_table.py --btfc PATH --data DIR --out FILE.md [--samples 128,256] [--size 1024] [--only NAME,…]
-                [--tau T] [--wb N] [--we N] [--seed N] [--blend NAME] [--pictures FOLDER]
+                [--tau T] [--tries N] [--wb N] [--we N] [--seed N] [--blend NAME] [--pictures FOLDER]
 
 Each picture becomes a texture of --size a side by image quilting, from a sample of --sample auto. PSNR and SSIM are
 over the common top left part; a synthesised texture is not aligned with it, they only show that these measures say
@@ -76,10 +76,10 @@ def main():
     parser.add_argument("--size", type=int, default=1024)
     parser.add_argument("--only", default=",".join(PICTURES))
     parser.add_argument("--pictures", type=Path)
-    for name in ("tau", "wb", "we", "seed", "blend"):
+    for name in ("tau", "wb", "we", "seed", "blend", "tries"):
         parser.add_argument("--" + name)
     options = parser.parse_args()
-    more = [text for name in ("tau", "wb", "we", "seed", "blend") if (value := getattr(options, name)) is not None
+    more = [text for name in ("tau", "wb", "we", "seed", "blend", "tries") if (value := getattr(options, name)) is not None
             for text in ("--" + name, value)]
     command = Command(options.btfc)
     lines = [f"Settings: `{' '.join(more) or 'defaults'}`. Seam ratios above {TARGET:.2f} are bold.", "",

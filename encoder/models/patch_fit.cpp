@@ -29,6 +29,10 @@ const OptionSpec kOptions[] = {
      "how patches join: feathering or minimum error boundary cut (default quilting)"},
     {"pack", "rgba8|packed", "how cuts are stored (default packed)"},
     {"tau", "T", "threshold of the patch search, 0 to 10 (default 0.2)"},
+    {"tries", "N",
+     "quilting: of N candidates of the patch search the one with the best cuts, 1 to 65536 (default 64; 1 is "
+     "the paper's "
+     "choice)"},
     {"tileable", nullptr, "a texture that wraps, k (w_B - w_E) texels a side"},
     {"trim-sample", nullptr, "store only the blocks of 4x4 texels of the sample that the texture shows"},
     {"synthesized", "OUT.png", "also write the synthesised texture as the encoder holds it"},
@@ -98,6 +102,8 @@ Result<FitResult> patch_fit(const FitInput& input, const FitSettings& settings) 
   if (!window) return window.error();
   const auto tau = parse_double(settings.options, "tau", 0, 10);
   if (!tau) return tau.error();
+  const auto tries = parse_u32(settings.options, "tries", 1, 65536);
+  if (!tries) return tries.error();
 
   Head head;
   std::vector<Image> samples;
@@ -115,6 +121,7 @@ Result<FitResult> patch_fit(const FitInput& input, const FitSettings& settings) 
 
   SynthesisSettings synthesis;
   synthesis.tau = tau->value_or(0.2);
+  synthesis.tries = tries->value_or(64);
   synthesis.seed = settings.seed;
   synthesis.progress = settings.progress;
   const int threads =
@@ -162,6 +169,7 @@ Result<FitResult> patch_fit(const FitInput& input, const FitSettings& settings) 
   result.chunks = patch_write(head, *shape, recipe, codes);
   result.meta["patch.seed"] = std::to_string(settings.seed);
   result.meta["patch.tau"] = text_of(synthesis.tau);
+  if (shape->blend == PatchBlend::quilting) result.meta["patch.tries"] = std::to_string(synthesis.tries);
   return result;
 }
 

@@ -54,9 +54,9 @@ class Synthesis {
   PatchRecipe run(const RowSink& sink) {
     for (std::uint32_t j = 0; j < s_.count_y; ++j) {
       for (std::uint32_t i = 0; i < s_.count_x; ++i) {
-        const PatchPosition at = choose(i, j);
-        recipe_.positions.push_back(at);
-        paste(i, j, at);
+        const Choice choice = choose(i, j);
+        recipe_.positions.push_back(choice.at);
+        paste(i, j, choice.at, choice.cuts);
         if (settings_.progress) settings_.progress(recipe_.positions.size(), s_.patches());
       }
       if (s_.wraps && j == 0) first_ = strip_;
@@ -148,22 +148,6 @@ class Synthesis {
     return out;
   }
 
-  PatchPosition choose(std::uint32_t i, std::uint32_t j) {
-    const std::uint64_t bits = random_bits(settings_.seed, recipe_.positions.size());
-    // floor(bits / 2^32 * count) with the upper 32 bits; count is below 2^32.
-    const auto pick = [&](std::uint64_t count) { return (bits >> 32) * count >> 32; };
-    const BoundaryZone zone = boundary_zone(i, j);
-    if (zone.runs.empty()) {
-      const std::uint32_t columns = s_.sample_width - s_.size + 1, rows = s_.sample_height - s_.size + 1;
-      const std::uint64_t n = pick(std::uint64_t{columns} * rows);
-      return {static_cast<std::uint32_t>(n % columns), static_cast<std::uint32_t>(n / columns)};
-    }
-    const Candidates candidates = settings_.plain_search
-                                      ? find_candidates_plain(match_, s_.size, zone, settings_.tau)
-                                      : find_candidates(planes_, s_.size, zone, settings_.tau);
-    return candidates[pick(candidates.size())];
-  }
-
   std::uint64_t squared_error(const std::int16_t* a, const std::int16_t* b) const {
     std::uint64_t sum = 0;
     for (std::uint32_t c = 0; c < match_.channels; ++c) {
@@ -182,19 +166,95 @@ class Synthesis {
     }
   }
 
-  // A minimum error cut over w_E columns (or rows) and w_B steps along it; values(a, t) writes what the
-  // texture shows a texels into the overlap at step t, patch(a, t) is what the patch holds there.
-  template <class Values, class Patch>
-  std::vector<std::uint16_t> cut(const Values& values, const Patch& patch) const {
+  // A minimum error cut over w_E columns (or rows) and w_B steps along it; shown(a, t) gives what the
+  // texture shows a texels into the overlap at step t, patch(a, t) what the patch holds there.
+  template <class Shown, class Patch>
+  Cut cut(const Shown& shown, const Patch& patch) const {
     std::vector<std::uint64_t> error(std::size_t{s_.overlap} * s_.size);
-    std::vector<std::int16_t> shown_here(match_.channels);
     for (std::uint32_t t = 0; t < s_.size; ++t) {
       for (std::uint32_t a = 0; a < s_.overlap; ++a) {
-        values(a, t, shown_here.data());
-        error[std::size_t{t} * s_.overlap + a] = squared_error(shown_here.data(), patch(a, t));
+        error[std::size_t{t} * s_.overlap + a] = squared_error(shown(a, t), patch(a, t));
       }
     }
+    costs_of_cutting(error, s_.overlap, s_.size);
     return minimum_error_cut(error, s_.overlap, s_.size);
+  }
+
+  // What the texture shows in the overlaps of patch (i, j) with the patches to its left and above it.
+  struct Overlaps {
+    bool left = false, above = false;
+    std::vector<std::int16_t> left_values, above_values;  // a fastest, then t
+  };
+  Overlaps overlaps(std::uint32_t i, std::uint32_t j) const {
+    Overlaps out;
+    out.left = i > 0;
+    out.above = j > 0;
+    const std::size_t size = std::size_t{s_.overlap} * s_.size * match_.channels;
+    if (out.left) out.left_values.resize(size);
+    if (out.above) out.above_values.resize(size);
+    for (std::uint32_t t = 0; t < s_.size; ++t) {
+      for (std::uint32_t a = 0; a < s_.overlap; ++a) {
+        const std::size_t at = (std::size_t{t} * s_.overlap + a) * match_.channels;
+        if (out.left) shown_values(i, j, a, t, &out.left_values[at]);
+        if (out.above) shown_values(i, j, t, a, &out.above_values[at]);
+      }
+    }
+    return out;
+  }
+  // The L of the paper as two cuts.
+  struct LCut {
+    Cut left, above;
+  };
+  LCut l_cut(const Overlaps& o, const PatchPosition& at) const {
+    const auto shown = [&](const std::vector<std::int16_t>& values) {
+      return [&](std::uint32_t a, std::uint32_t t) {
+        return &values[(std::size_t{t} * s_.overlap + a) * match_.channels];
+      };
+    };
+    LCut out;
+    if (o.left)
+      out.left = cut(shown(o.left_values), [&](auto a, auto t) { return match_.row(at.x + a, at.y + t); });
+    if (o.above)
+      out.above = cut(shown(o.above_values), [&](auto a, auto t) { return match_.row(at.x + t, at.y + a); });
+    return out;
+  }
+
+  struct Choice {
+    PatchPosition at;
+    LCut cuts;  // quilting
+  };
+
+  Choice choose(std::uint32_t i, std::uint32_t j) const {
+    const std::uint64_t patch = recipe_.positions.size();
+    // Draw n of this patch among count below 2^32: floor(bits / 2^32 * count) with the upper 32 bits.
+    const auto draw = [&](std::uint64_t n, std::uint64_t count) {
+      return (random_bits(settings_.seed, patch + n * s_.patches()) >> 32) * count >> 32;
+    };
+    const BoundaryZone zone = boundary_zone(i, j);
+    if (zone.runs.empty()) {
+      const std::uint32_t columns = s_.sample_width - s_.size + 1, rows = s_.sample_height - s_.size + 1;
+      const std::uint64_t n = draw(0, std::uint64_t{columns} * rows);
+      return {{static_cast<std::uint32_t>(n % columns), static_cast<std::uint32_t>(n / columns)}, {}};
+    }
+    const Candidates candidates = settings_.plain_search
+                                      ? find_candidates_plain(match_, s_.size, zone, settings_.tau)
+                                      : find_candidates(planes_, s_.size, zone, settings_.tau);
+    if (!quilting()) return {candidates[draw(0, candidates.size())], {}};
+    const Overlaps shown = overlaps(i, j);
+    Choice best;
+    std::uint64_t best_cost = UINT64_MAX;
+    const std::size_t tries = std::min<std::size_t>(settings_.tries, candidates.size());
+    for (std::size_t n = 0; n < tries; ++n) {
+      // All of them where they are few, draws (a repeated one does no harm) otherwise.
+      const bool all = candidates.size() <= settings_.tries && settings_.tries > 1;
+      const PatchPosition at = candidates[all ? n : draw(n, candidates.size())];
+      LCut cuts = l_cut(shown, at);
+      const std::uint64_t cost = cuts.left.cost + cuts.above.cost;
+      if (cost >= best_cost) continue;
+      best_cost = cost;
+      best = {at, std::move(cuts)};
+    }
+    return best;
   }
 
   std::span<std::uint16_t> cut_v(std::uint32_t i, std::uint32_t j) {
@@ -206,8 +266,8 @@ class Synthesis {
     const std::size_t number = (std::size_t{j} - (s_.wraps ? 0 : 1)) * s_.count_x + i;
     return std::span(recipe_.cuts_h).subspan(number * s_.size, s_.size);
   }
-  static void keep(std::span<std::uint16_t> place, const std::vector<std::uint16_t>& one) {
-    std::copy(one.begin(), one.end(), place.begin());
+  static void keep(std::span<std::uint16_t> place, const Cut& one) {
+    std::copy(one.path.begin(), one.path.end(), place.begin());
   }
 
   // Writes the sample's texel to (x, v) of the strip; weight 256 replaces.
@@ -237,15 +297,9 @@ class Synthesis {
     }
   }
 
-  void paste(std::uint32_t i, std::uint32_t j, const PatchPosition& at) {
-    if (quilting() && i > 0) {
-      keep(cut_v(i, j), cut([&](auto a, auto t, auto* out) { shown_values(i, j, a, t, out); },
-                            [&](auto a, auto t) { return match_.row(at.x + a, at.y + t); }));
-    }
-    if (quilting() && j > 0) {  // the L as two cuts
-      keep(cut_h(i, j), cut([&](auto a, auto t, auto* out) { shown_values(i, j, t, a, out); },
-                            [&](auto a, auto t) { return match_.row(at.x + t, at.y + a); }));
-    }
+  void paste(std::uint32_t i, std::uint32_t j, const PatchPosition& at, const LCut& cuts) {
+    if (quilting() && i > 0) keep(cut_v(i, j), cuts.left);
+    if (quilting() && j > 0) keep(cut_h(i, j), cuts.above);
     const std::size_t left = std::size_t{i} * s_.step();
     // The last patch of a strip that wraps is closed below.
     const auto end = static_cast<std::uint32_t>(std::min<std::size_t>(s_.size, width_ - left));
@@ -259,8 +313,10 @@ class Synthesis {
       }
       copy_row(left + begin, v, at.x + begin, at.y + v, end - begin);
       if (quilting() && j > 0 && v < s_.overlap) {
-        const auto cuts = cut_h(i, j);
-        for (std::uint32_t u = begin; u < end; ++u) strip_.above[v * width_ + left + u] = v < cuts[u] ? 1 : 0;
+        const auto limits = cut_h(i, j);
+        for (std::uint32_t u = begin; u < end; ++u) {
+          strip_.above[v * width_ + left + u] = v < limits[u] ? 1 : 0;
+        }
       }
     }
     if (s_.wraps && i + 1 == s_.count_x) close_strip(j, at);
@@ -270,10 +326,7 @@ class Synthesis {
   void close_strip(std::uint32_t j, const PatchPosition& at) {
     if (quilting()) {
       const PatchPosition first = recipe_.positions[std::size_t{j} * s_.count_x];
-      keep(cut_v(0, j), cut(
-                            [&](auto a, auto t, auto* out) {
-                              std::copy_n(match_.row(at.x + a + s_.step(), at.y + t), match_.channels, out);
-                            },
+      keep(cut_v(0, j), cut([&](auto a, auto t) { return match_.row(at.x + a + s_.step(), at.y + t); },
                             [&](auto a, auto t) { return match_.row(first.x + a, first.y + t); }));
     }
     for (std::uint32_t v = 0; v < s_.size; ++v) {
@@ -292,10 +345,12 @@ class Synthesis {
     for (std::uint32_t i = 0; i < s_.count_x; ++i) {
       const PatchPosition at = recipe_.positions[i];
       const std::size_t left = std::size_t{i} * s_.step();
-      keep(cut_h(i, 0),
-           cut([&](auto a, auto t,
-                   auto* out) { strip_values(before_, (left + t) % width_, a + s_.step(), out); },
-               [&](auto a, auto t) { return match_.row(at.x + t, at.y + a); }));
+      std::vector<std::int16_t> values(match_.channels);
+      const auto shown = [&](std::uint32_t a, std::uint32_t t) {
+        strip_values(before_, (left + t) % width_, a + s_.step(), values.data());
+        return values.data();
+      };
+      keep(cut_h(i, 0), cut(shown, [&](auto a, auto t) { return match_.row(at.x + t, at.y + a); }));
     }
     for (std::uint32_t v = 0; v < s_.overlap; ++v) {
       for (std::size_t x = 0; x < width_; ++x) {

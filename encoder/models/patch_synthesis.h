@@ -11,6 +11,9 @@ namespace btfc {
 
 struct SynthesisSettings {
   double tau = 0.2;  // the paper's threshold constant
+  // Quilting: of so many candidates, drawn at random, the one whose cuts cost least is taken. 1: the paper's
+  // choice.
+  std::uint32_t tries = 1;
   std::uint64_t seed = 1;
   bool plain_search = false;  // the reference search instead of the fast one: same recipe
   std::function<void(std::size_t done, std::size_t total)> progress;  // in patches

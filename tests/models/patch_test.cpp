@@ -338,7 +338,8 @@ TEST(PatchCut, MatchesAllPaths) {
     for (std::uint32_t count = 1; count <= 8; ++count) {
       std::vector<std::uint64_t> error(std::size_t{width} * count);
       for (std::size_t i = 0; i < error.size(); ++i) error[i] = values.codes[i * 7 + width * 100 + count];
-      const auto cut = minimum_error_cut(error, width, count);
+      const Cut found = minimum_error_cut(error, width, count);
+      const auto& cut = found.path;
       std::uint64_t sum = 0, best = UINT64_MAX;
       for (std::uint32_t r = 0; r < count; ++r) {
         ASSERT_LT(cut[r], width);
@@ -349,6 +350,7 @@ TEST(PatchCut, MatchesAllPaths) {
       }
       for (std::uint32_t c = 0; c < width; ++c) best = std::min(best, least_error(error, width, 0, c, count));
       EXPECT_EQ(sum, best);
+      EXPECT_EQ(found.cost, best);
     }
   }
 }

@@ -306,46 +306,66 @@ std::vector<std::uint64_t> patch_make_tables(const LoadedItem& item) {
   return tables;
 }
 
-void patch_decode_rows(const LoadedItem& item, const std::vector<std::uint64_t>& tables, std::uint32_t map,
-                       std::uint32_t x, std::uint32_t y, std::uint32_t width, std::uint32_t height,
-                       std::uint8_t* out, std::size_t row_stride) {
+namespace {
+
+PackedSample packed_sample(const LoadedItem& item, const std::vector<std::uint64_t>& tables,
+                           std::uint32_t map) {
   const auto bytes = [](const auto& words) {
     const auto* begin = reinterpret_cast<const std::uint8_t*>(words.data());
     return PackedSample{begin, begin + words.size() * sizeof words[0]};
   };
-  PackedSample sample = bytes(item.words[PATCH_SAMPLE]);
-  if (copy_words(item, map) > 0) {
-    sample = bytes(tables);
-    sample.texels += 8;
-    for (std::uint32_t m = 0; m < map; ++m) sample.texels += 8 * copy_words(item, m);
-  } else {
+  if (copy_words(item, map) == 0) {
+    PackedSample sample = bytes(item.words[PATCH_SAMPLE]);
     sample.texels += std::size_t{4} * item.planes[map].first_word;
+    return sample;
   }
-  HWY_DYNAMIC_DISPATCH(decode_rows_target)(item, sample, map, {x, y, width, height, out, row_stride});
+  PackedSample sample = bytes(tables);
+  sample.texels += 8;
+  for (std::uint32_t m = 0; m < map; ++m) sample.texels += 8 * copy_words(item, m);
+  return sample;
+}
+
+}  // namespace
+
+void patch_decode_rows(const LoadedItem& item, const std::vector<std::uint64_t>& tables, std::uint32_t map,
+                       std::uint32_t x, std::uint32_t y, std::uint32_t width, std::uint32_t height,
+                       std::uint8_t* out, std::size_t row_stride) {
+  HWY_DYNAMIC_DISPATCH(decode_rows_target)
+  (item, packed_sample(item, tables, map), map, {x, y, width, height, out, row_stride});
 }
 
 void patch_decode_texels(const LoadedItem& item, const std::vector<std::uint64_t>& tables, std::uint32_t map,
                          const std::int32_t* texels, std::size_t count, std::uint8_t* out) {
-  PatchParams p;
-  std::memcpy(&p, item.map_params[map].data(), sizeof p);
+  const PatchParams p = params_of_map(item, map);
   const BtfcWords words = words_of(item);
+  const std::uint8_t* sample = packed_sample(item, tables, map).texels;
   const std::uint64_t reciprocal = tables[0];
   const std::uint32_t step = p.patch_size - p.overlap, channels = item.head.maps[map].channels;
-  for (std::size_t q = 0; q < count; ++q) {
+  const std::size_t sample_bytes = p.sample_type == BTFC_CODE_UNORM8 ? 1 : 2,
+                    texel_bytes = channels * sample_bytes;
+  for (std::size_t q = 0; q < count; ++q, out += texel_bytes) {
     const std::uint32_t x = btfc_wrap(texels[2 * q], p.width, p.wraps),
                         y = btfc_wrap(texels[2 * q + 1], p.height, p.wraps);
     const std::uint32_t i = std::min(static_cast<std::uint32_t>(x * reciprocal >> 32), p.patch_count_x - 1);
     const std::uint32_t j = std::min(static_cast<std::uint32_t>(y * reciprocal >> 32), p.patch_count_y - 1);
-    const uvec4 codes = patch_codes_at(words, p, i, j, x - i * step, y - j * step);
-    for (std::uint32_t c = 0; c < channels; ++c) {
-      const std::uint32_t code = codes[static_cast<int>(c)];
-      if (p.sample_type == BTFC_CODE_UNORM8) {
-        *out++ = static_cast<std::uint8_t>(code);
-      } else {
-        const auto wide = static_cast<std::uint16_t>(code);
-        std::memcpy(out, &wide, 2);
-        out += 2;
+    uvec4 at(i, j, x - i * step, y - j * step);
+    if (at.z < p.overlap || at.w < p.overlap) {
+      if (p.blend == PATCH_LIANG) {
+        const uvec4 codes = patch_codes_at(words, p, i, j, at.z, at.w);
+        for (std::uint32_t c = 0; c < channels; ++c) {
+          std::memcpy(out + c * sample_bytes, &codes[static_cast<int>(c)], sample_bytes);  // little-endian
+        }
+        continue;
       }
+      at = patch_shown(words, p, i, j, at.z, at.w);
+    }
+    const uvec2 corner = patch_coordinates(words, p, at.x, at.y);
+    const std::size_t texel = std::size_t{corner.y + at.w} * p.sample_width + corner.x + at.z;
+    const std::uint8_t* from = sample + texel * texel_bytes;
+    if (texel_bytes == 3) {  // a constant size needs no call
+      std::memcpy(out, from, 3);
+    } else {
+      std::memcpy(out, from, texel_bytes);
     }
   }
 }

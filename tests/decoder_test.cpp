@@ -1,6 +1,9 @@
 // The C interface: rectangles, texels and queries agree for every model; partial loads; conversions; threads.
+#include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <random>
 #include <thread>
 
 #include "encoder/output/atomic_file.h"
@@ -77,6 +80,55 @@ TEST_P(EveryModel, RectanglesTexelsAndQueriesAgree) {
                     BTFC_OK);
           EXPECT_EQ(std::memcmp(values.data(), texels.data(), texels.size()), 0) << path;
         }
+      }
+    }
+  }
+}
+
+// Texels anywhere, most of them far outside: clamped or wrapped as the file says, told by a second, plain
+// reckoning. BTFC_QUERIES queries in all (default 1,000,000).
+TEST_P(EveryModel, RandomTexelsOutside) {
+  const char* wanted = std::getenv("BTFC_QUERIES");
+  const auto paths = vectors_of(GetParam());
+  const std::uint64_t total = wanted != nullptr ? std::strtoull(wanted, nullptr, 10) : 1'000'000;
+  constexpr std::size_t kBatch = 4096;
+  std::mt19937_64 random(7);
+  for (const auto& path : paths) {
+    const Bytes file = read_vector(path);
+    const TexturePtr t = load(file);
+    const Result<OpenedFile> opened = open_bytes(file);
+    ASSERT_TRUE(t && opened) << path;
+    const std::int64_t size[2] = {btfc_texture_width(t.get()), btfc_texture_height(t.get())};
+    const bool wraps = opened->head.wrap_u == Wrap::repeat;
+    btfc_map_info info{};
+    ASSERT_EQ(btfc_texture_map_info(t.get(), 0, &info), BTFC_OK);
+    const std::size_t texel = info.channels * kSampleBytes[BTFC_FLOAT32];
+    Bytes whole(static_cast<std::size_t>(size[0] * size[1]) * texel);
+    ASSERT_EQ(btfc_decode_rect(t.get(), nullptr, 0, 0, 0, static_cast<std::uint32_t>(size[0]),
+                               static_cast<std::uint32_t>(size[1]), BTFC_FLOAT32, whole.data(),
+                               static_cast<std::size_t>(size[0]) * texel, whole.size()),
+              BTFC_OK);
+    std::vector<std::int32_t> at(2 * kBatch);
+    Bytes found(kBatch * texel);
+    for (std::uint64_t done = 0; done < total / paths.size(); done += kBatch) {
+      for (std::size_t i = 0; i < at.size(); ++i) {
+        // Near and far: the number of bits is random too.
+        at[i] = static_cast<std::int32_t>(static_cast<std::uint32_t>(random())) >> (random() % 32);
+      }
+      ASSERT_EQ(btfc_decode_texels(t.get(), nullptr, 0, at.data(), kBatch, BTFC_FLOAT32, found.data(),
+                                   found.size()),
+                BTFC_OK);
+      for (std::size_t q = 0; q < kBatch; ++q) {
+        std::int64_t inside[2];
+        for (int axis = 0; axis < 2; ++axis) {
+          const std::int64_t c = at[2 * q + static_cast<std::size_t>(axis)];
+          inside[axis] = wraps ? ((c % size[axis]) + size[axis]) % size[axis]
+                               : std::clamp<std::int64_t>(c, 0, size[axis] - 1);
+        }
+        const auto* expected =
+            whole.data() + static_cast<std::size_t>(inside[1] * size[0] + inside[0]) * texel;
+        ASSERT_EQ(std::memcmp(expected, &found[q * texel], texel), 0)
+            << path << " at " << at[2 * q] << ", " << at[2 * q + 1];
       }
     }
   }

@@ -102,30 +102,38 @@ BTFC_FN uvec4 patch_lerp(uint sample_type, BTFC_IN(uvec4) a, BTFC_IN(uvec4) b, u
                patch_lerp_code(sample_type, a.z, b.z, w), patch_lerp_code(sample_type, a.w, b.w, w));
 }
 
-// Codes of the texel at local (u, v) of patch (i, j), where that patch is the last one that covers it.
-BTFC_FN uvec4 patch_codes_at(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint i, uint j, uint u, uint v) {
+// Quilting: the patch that shows at local (u, v) of patch (i, j), the last one that covers the texel, and
+// where: (i, j, u, v) of it.
+BTFC_FN uvec4 patch_shown(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint i, uint j, uint u, uint v) {
   uint step = p.patch_size - p.overlap;
   bool in_left = (i > 0u || p.wraps == 1u) && u < p.overlap;
   bool in_above = (j > 0u || p.wraps == 1u) && v < p.overlap;
   uint left = i > 0u ? i - 1u : p.patch_count_x - 1u;  // used in overlaps only
   uint above = j > 0u ? j - 1u : p.patch_count_y - 1u;
-
-  if (p.blend == PATCH_QUILTING) {
-    uint top_i = i;
-    uint top_u = u;
-    if (in_left && u < patch_cut_v(words, p, i, j, v)) {
-      top_i = left;
-      top_u = u + step;
-    }
-    if (!in_above || v >= patch_cut_h(words, p, top_i, j, top_u)) {
-      return patch_texel(words, p, top_i, j, top_u, v);
-    }
-    if (in_left && u < patch_cut_v(words, p, i, above, v + step)) {
-      return patch_texel(words, p, left, above, u + step, v + step);
-    }
-    return patch_texel(words, p, i, above, u, v + step);
+  uint top_i = i;
+  uint top_u = u;
+  if (in_left && u < patch_cut_v(words, p, i, j, v)) {
+    top_i = left;
+    top_u = u + step;
   }
+  if (!in_above || v >= patch_cut_h(words, p, top_i, j, top_u)) return uvec4(top_i, j, top_u, v);
+  if (in_left && u < patch_cut_v(words, p, i, above, v + step)) {
+    return uvec4(left, above, u + step, v + step);
+  }
+  return uvec4(i, above, u, v + step);
+}
 
+// Codes of the texel at local (u, v) of patch (i, j), where that patch is the last one that covers it.
+BTFC_FN uvec4 patch_codes_at(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint i, uint j, uint u, uint v) {
+  if (p.blend == PATCH_QUILTING) {
+    uvec4 shown = patch_shown(words, p, i, j, u, v);
+    return patch_texel(words, p, shown.x, shown.y, shown.z, shown.w);
+  }
+  uint step = p.patch_size - p.overlap;
+  bool in_left = (i > 0u || p.wraps == 1u) && u < p.overlap;
+  bool in_above = (j > 0u || p.wraps == 1u) && v < p.overlap;
+  uint left = i > 0u ? i - 1u : p.patch_count_x - 1u;  // used in overlaps only
+  uint above = j > 0u ? j - 1u : p.patch_count_y - 1u;
   uint across = in_left ? patch_weight(u, p.overlap) : 256u;
   uvec4 row = patch_texel(words, p, i, j, u, v);
   if (in_left) row = patch_lerp(p.sample_type, patch_texel(words, p, left, j, u + step, v), row, across);

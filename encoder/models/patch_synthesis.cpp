@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "encoder/models/patch_cut.h"
+#include "encoder/minimum_cut.h"
 #include "encoder/models/patch_features.h"
 #include "encoder/models/patch_search.h"
 #include "shaders/models/patch.h"

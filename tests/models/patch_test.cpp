@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "encoder/models/patch_cut.h"
+#include "encoder/minimum_cut.h"
 #include "encoder/models/patch_fit.h"
 #include "encoder/models/patch_search.h"
 #include "encoder/models/patch_synthesis.h"

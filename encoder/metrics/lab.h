@@ -20,7 +20,7 @@ const Matrix3& white_xyz_of_rec709();
 // Of linear Rec. 709, each 0 … 1. In double: the plain form of lab_row.
 Lab lab_of_linear(double red, double green, double blue);
 
-// The same for a row, in place, single precision: within 10^-4 of lab_of_linear.
+// The same for a row, in place, single precision: within 2 10^-4 of lab_of_linear.
 void lab_row(std::span<float> red_l, std::span<float> green_a, std::span<float> blue_b);
 
 // mae: the mean of |dL*|, |da*| and |db*| over texels and the three components, the "MAE in CIE Lab" of

@@ -1,8 +1,6 @@
 // Table look-ups a row at a time.
 #include "encoder/metrics/code_view.h"
 
-#include <algorithm>
-
 #include "encoder/metrics/display_values.h"
 #include "encoder/metrics/lab.h"
 

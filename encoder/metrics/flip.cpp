@@ -14,8 +14,7 @@
 namespace btfc {
 namespace {
 
-// Contrast sensitivity in space, section 4.1.1, table 1: sum of a sqrt(pi / b) exp(-pi^2 z^2 / b), z in
-// degrees.
+// Contrast sensitivity in space: sum of a sqrt(pi / b) exp(-pi^2 z^2 / b), z in degrees.
 struct Sensitivity {
   double a, b;
 };
@@ -24,10 +23,10 @@ constexpr std::array<Sensitivity, 1> kRedGreen = {{{1, 0.0053}}};
 constexpr std::array<Sensitivity, 2> kBlueYellow = {{{34.1, 0.04}, {13.5, 0.025}}};
 constexpr double kWidestB = 0.04;  // of all: the filters have one radius, three of its standard deviations
 
-constexpr double kFeatureWidth = 0.082;   // degrees from peak to trough of the edge detector, section 4.2.1
-constexpr float kColourExponent = 0.7f;   // q_c, section 4.1.4
-constexpr float kFeatureExponent = 0.5f;  // q_f, section 4.2.2
-constexpr double kKneeError = 0.4, kKneeOut = 0.95;  // p_c and p_t, section 4.1.4
+constexpr double kFeatureWidth = 0.082;              // degrees from peak to trough of the edge detector
+constexpr float kColourExponent = 0.7f;              // q_c
+constexpr float kFeatureExponent = 0.5f;             // q_f
+constexpr double kKneeError = 0.4, kKneeOut = 0.95;  // p_c and p_t
 
 // Taps that together weigh less are left off: far below what single precision resolves.
 constexpr double kNegligible = 1e-9;
@@ -66,7 +65,7 @@ std::vector<FlipFilters::Gaussian> sensitivity_filter(std::span<const Sensitivit
   return out;
 }
 
-// Positive taps sum to 1, negative ones to -1 (section 4.2.1): signs are those along the axis, so the factor
+// Positive taps sum to 1, negative ones to -1: signs are those along the axis, so the factor
 // across it has the sum 1.
 std::vector<float> balanced(const std::vector<double>& taps) {
   double positive = 0, negative = 0;
@@ -76,7 +75,7 @@ std::vector<float> balanced(const std::vector<double>& taps) {
   return out;
 }
 
-// Y, Cx, Cz: the linearised CIELAB of section 4.1.1, from tristimulus values over those of white.
+// Y, Cx, Cz: the linearised CIELAB, from tristimulus values over those of white.
 constexpr std::size_t kOpponents = 3;
 
 using Matrix3f = std::array<std::array<float, 3>, 3>;
@@ -177,7 +176,7 @@ class FlipSide {
     for_each_channel([&](std::size_t channel, const FlipFilters::Gaussian& gaussian) {
       along(gaussian.taps, value(channel), colour_[ring++].row(y));
     });
-    for (float& v : value(0)) v = (v + 16) / 116;  // section 4.2.1: features are those of luminance, 0 … 1
+    for (float& v : value(0)) v = (v + 16) / 116;  // features are those of luminance, 0 … 1
     along(filters_.across, value(0), feature_[0].row(y));
     along(filters_.edge, value(0), feature_[1].row(y));
     along(filters_.point, value(0), feature_[2].row(y));

@@ -2,9 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "encoder/image.h"
 #include "encoder/metrics/code_view.h"
-#include "format/result.h"
 
 namespace btfc {
 
@@ -22,6 +20,7 @@ struct FlipFilters {
   // Feature detectors: the Gaussian across, first (edges) and second (points) derivative along.
   std::vector<float> across, edge, point;
 };
+// pixels_per_degree: at least 10.
 FlipFilters flip_filters(double pixels_per_degree = kFlipPixelsPerDegree);
 
 // The mean over texels of the error, 0 … 1 (Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astroem,

@@ -24,7 +24,7 @@ Lab lab_of_linear(double red, double green, double blue);
 void lab_row(std::span<float> red_l, std::span<float> green_a, std::span<float> blue_b);
 
 // mae: the mean of |dL*|, |da*| and |db*| over texels and the three components, the "MAE in CIE Lab" of
-// Filip and Haindl 2009 (tables 5 and 8, figure 10), who leave open how components are weighted: here
+// Filip and Haindl 2009 (table 5, figure 10), who leave open how components are weighted: here
 // equally. A grey image counts as R = G = B, its da* and db* as zeros. de76: the mean of the Euclidean
 // distances.
 struct LabDifference {

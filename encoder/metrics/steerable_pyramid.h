@@ -14,7 +14,7 @@ struct PyramidBand {
   std::vector<std::complex<double>> values;
 };
 
-// Simoncelli and Freeman 1995, filters of Portilla and Simoncelli 2000 (appendix A), applied to the spectrum;
+// Simoncelli and Freeman 1995, filters of Portilla and Simoncelli 2000, applied to the spectrum;
 // the image repeats. Bands of scale s have side / 2^s coefficients a side, the low-pass residue side / 8.
 // Orientation k is that of frequencies around k pi / 4; only that half of the plane is kept, so that
 // |coefficient| is the local amplitude. The filters' squares sum to 1: mean |high|^2 + mean |low|^2 + 2 sum

@@ -1,4 +1,4 @@
-// PSNR, RMSE, peak and SSIM, pooled over all texels and channels in doubles.
+// PSNR, RMSE, peak and SSIM, pooled over all texels and channels in doubles; colour measures by rows.
 #include "encoder/metrics/image_metrics.h"
 
 #include <fmt/format.h>
@@ -9,11 +9,14 @@
 #include <vector>
 
 #include "encoder/metrics/display_values.h"
+#include "encoder/metrics/flip.h"
+#include "encoder/metrics/lab.h"
 
 namespace btfc {
 namespace {
 
 constexpr int kWindow = 11;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::array<double, kWindow> gaussian() {  // sigma 1.5, sum 1
   std::array<double, kWindow> g{};
@@ -55,7 +58,7 @@ std::vector<double> product(const std::vector<double>& a, const std::vector<doub
 // Wang, Bovik, Sheikh, Simoncelli 2004: K1 = 0.01, K2 = 0.03, L = 1.
 double ssim(const std::vector<double>& a, const std::vector<double>& b, std::size_t width,
             std::size_t height) {
-  if (width < kWindow || height < kWindow) return std::numeric_limits<double>::quiet_NaN();
+  if (width < kWindow || height < kWindow) return kNaN;
   const auto ma = filtered(a, width, height), mb = filtered(b, width, height);
   const auto aa = filtered(product(a, a), width, height), bb = filtered(product(b, b), width, height);
   const auto ab = filtered(product(a, b), width, height);
@@ -71,7 +74,7 @@ double ssim(const std::vector<double>& a, const std::vector<double>& b, std::siz
 
 }  // namespace
 
-Result<ImageMetrics> compare_images(const Image& a, const Image& b) {
+Result<ImageMetrics> compare_images(const Image& a, const Image& b, const MetricOptions& options) {
   if (a.width != b.width || a.height != b.height || a.channels != b.channels) {
     return bad_argument(fmt::format("the images differ in form: {}x{} with {} channels and {}x{} with {}",
                                     a.width, a.height, a.channels, b.width, b.height, b.channels));
@@ -90,7 +93,17 @@ Result<ImageMetrics> compare_images(const Image& a, const Image& b) {
   m.psnr_db = mse == 0 ? std::numeric_limits<double>::infinity() : -10 * std::log10(mse);
   m.rmse_8bit = 255 * std::sqrt(mse);
   m.peak_8bit = 255 * peak;
-  m.ssim = ssim(luma(a, da), luma(b, db), a.width, a.height);
+  m.ssim = options.ssim ? ssim(luma(a, da), luma(b, db), a.width, a.height) : kNaN;
+  m.mae_lab = m.de76 = m.flip = kNaN;
+  if (colour_meaning(a) == ColourMeaning::none || colour_meaning(b) == ColourMeaning::none) return m;
+  const CodeTables ta = code_tables(a.type, a.colour_space), tb = code_tables(b.type, b.colour_space);
+  const CodeView va = code_view(a, ta), vb = code_view(b, tb);
+  if (options.mae_lab) {
+    const LabDifference lab = lab_difference(va, vb);
+    m.mae_lab = lab.mae;
+    m.de76 = lab.de76;
+  }
+  if (options.flip) m.flip = flip_by_rows(va, vb, flip_filters());
   return m;
 }
 

@@ -1,0 +1,23 @@
+// Distributions of a texture's colours along axes that do not correlate.
+#pragma once
+#include <span>
+#include <vector>
+
+#include "encoder/image.h"
+
+namespace btfc {
+
+// The Karhunen-Loeve transform of some images' display-coded channels, all texels alike.
+struct ColourAxes {
+  std::vector<std::vector<double>> axes;  // orthonormal, by falling variance; one a channel
+  std::vector<double> deviations;         // along them, at least a step of 8 bits, 1 / 255
+};
+
+// The images have the same number of channels.
+ColourAxes colour_axes(std::span<const Image> images);
+
+// Per axis, in its deviations, the Wasserstein-1 distance between the distributions of both images: the mean
+// absolute difference of their sorted values. Both have the same number of texels.
+std::vector<double> marginal_distances(const ColourAxes& axes, const Image& a, const Image& b);
+
+}  // namespace btfc

@@ -84,6 +84,7 @@ Verb add_compare(CLI::App& app);
 Verb add_synth(CLI::App& app);
 Verb add_bench(CLI::App& app);
 Verb add_copy(CLI::App& app);
+Verb add_convert(CLI::App& app);
 Verb add_models(CLI::App& app);
 
 }  // namespace btfc

@@ -1,15 +1,18 @@
-// btfc compare and synth: how far two images are apart; test material.
+// btfc compare: how far two images or two data sets are apart.
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "encoder/image_file.h"
+#include "encoder/metrics/dataset_metrics.h"
 #include "encoder/metrics/image_metrics.h"
+#include "encoder/metrics/texture_distance.h"
 #include "encoder/metrics/texture_statistics.h"
 #include "encoder/model_table.h"
-#include "encoder/synth/texture_synth.h"
 #include "format/options.h"
 #include "tools/command.h"
+#include "tools/compare_datasets.h"
+#include "tools/dataset_input.h"
 #include "tools/file_source.h"
 #include "tools/texture_file.h"
 
@@ -17,14 +20,9 @@ namespace btfc {
 namespace {
 
 struct CompareArguments {
-  std::string a, b, map;
+  std::string a, b, map, measures = "ssim,mae_lab,flip";
   bool statistics = false;
-  Report report;
-};
-
-struct SynthArguments {
-  std::string kind, output, size = "512x512", type = "unorm8";
-  std::string seed = "1";
+  DatasetInput dataset;
   Report report;
 };
 
@@ -61,11 +59,68 @@ Result<std::optional<double>> seam_ratio(const std::string& path, const Image& t
   return join_gradients(texture, *joins).seam_ratio();
 }
 
-// JSON has no infinity and no NaN: null, and `identical` says which case it is.
-Json number(double v) { return std::isfinite(v) ? Json(v) : Json(); }
+// "ssim,flip": the measures that cost time.
+Result<MetricOptions> metric_options(const std::string& text) {
+  MetricOptions options{false, false, false};
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string name = text.substr(begin, end - begin);
+    if (name == "ssim") {
+      options.ssim = true;
+    } else if (name == "mae_lab") {
+      options.mae_lab = true;
+    } else if (name == "flip") {
+      options.flip = true;
+    } else if (name != "psnr") {
+      return bad_argument(fmt::format("--measures has '{}', expected psnr, ssim, mae_lab, flip", name));
+    }
+    begin = end + 1;
+  }
+  return options;
+}
+
+int compare_data(const CompareArguments& a, const MetricOptions& measures) {
+  const Result<DatasetRead> reference = a.dataset.read(a.a);
+  if (!reference) return fail("compare", reference.error());
+  const Result<DatasetRead> candidate = a.dataset.read(a.b);
+  if (!candidate) return fail("compare", candidate.error());
+  const Result<DatasetMetrics> m =
+      compare_datasets(reference->dataset, candidate->dataset, {measures, progress_line("comparing")});
+  if (!m) return fail("compare", m.error());
+  const Json json = dataset_metrics_json(*m);
+  if (const auto wrote = a.report.write(dataset_metrics_text(*m), json); !wrote)
+    return fail("compare", wrote.error());
+  return m->differing_samples == 0 ? kExitOk : kExitDifferent;
+}
+
+Json against_ceiling(const AgainstCeiling& v) {
+  return {{"value", number_or_null(v.value)}, {"ceiling", number_or_null(v.ceiling)}};
+}
+
+// What textures that are not aligned have in common, beside what the reference's own crops have.
+void add_distances(const TextureDistances& d, std::string& text, Json& json) {
+  const auto add = [&](const char* name, const AgainstCeiling& v) {
+    text += fmt::format("\n{} {:.4f} (crop against crop {:.4f})", name, v.value, v.ceiling);
+    json[name] = against_ceiling(v);
+  };
+  json["crop"] = d.crop;
+  add("marginal_distance", d.marginals);
+  add("power_spectrum_distance", d.spectrum);
+  add("autocorrelation_distance", d.autocorrelation);
+  add("stsim2", d.stsim2);
+}
 
 int compare(const CompareArguments& arguments) {
   const auto stop = [](const Error& e) { return fail("compare", e); };
+  const Result<MetricOptions> measures = metric_options(arguments.measures);
+  if (!measures) return stop(measures.error());
+  if (is_dataset(arguments.a) || is_dataset(arguments.b)) {
+    int code = kExitOk;
+    arguments.dataset.run([&] { code = compare_data(arguments, *measures); });
+    return code;
+  }
+  if (arguments.dataset.given())
+    return stop(bad_argument("--crop, --missing and --scratch are for data sets"));
   if (!arguments.map.empty() && !is_btfc(arguments.a) && !is_btfc(arguments.b)) {
     return stop(bad_argument("--map is for .btfc files, neither A nor B is one"));
   }
@@ -73,7 +128,7 @@ int compare(const CompareArguments& arguments) {
   if (!a) return stop(a.error());
   const Result<Image> b = read_side(arguments.b, arguments.map);
   if (!b) return stop(b.error());
-  const Result<ImageMetrics> m = compare_images(*a, *b);
+  const Result<ImageMetrics> m = compare_images(*a, *b, *measures);
   if (!m && !arguments.statistics) return stop(m.error());
   const std::uint32_t block =
       std::min(spectrum_block(a->width, a->height), spectrum_block(b->width, b->height));
@@ -92,96 +147,64 @@ int compare(const CompareArguments& arguments) {
   std::string text;
   if (m) {
     text = fmt::format(
-        "psnr_db {:.3f}  rmse_8bit {:.4f}  ssim {:.5f}  peak_8bit {:.3f}  differing samples {} of {}  ",
-        m->psnr_db, m->rmse_8bit, m->ssim, m->peak_8bit, m->differing_samples, m->samples);
+        "psnr_db {:.3f}  rmse_8bit {:.4f}  ssim {:.5f}  mae_lab {:.4f}  flip {:.5f}  peak_8bit {:.3f}  "
+        "differing "
+        "samples {} of {}  ",
+        m->psnr_db, m->rmse_8bit, m->ssim, m->mae_lab, m->flip, m->peak_8bit, m->differing_samples,
+        m->samples);
   }
   text += fmt::format("gradient_kept {:.4f}  spectrum_distance {:.4f}", kept, distance);
   if (seams) text += fmt::format("  seam_ratio {:.4f}", *seams);
-  const auto if_aligned = [&](double v) { return m ? number(v) : Json(); };
+  const auto if_aligned = [&](double v) { return m ? number_or_null(v) : Json(); };
   const ImageMetrics metrics = m ? *m : ImageMetrics{};
-  const Json json = {{"psnr_db", if_aligned(metrics.psnr_db)},
-                     {"rmse_8bit", if_aligned(metrics.rmse_8bit)},
-                     {"ssim", if_aligned(metrics.ssim)},
-                     {"peak_8bit", if_aligned(metrics.peak_8bit)},
-                     {"identical", identical},
-                     {"differing_samples", m ? Json(metrics.differing_samples) : Json()},
-                     {"samples", m ? Json(metrics.samples) : Json()},
-                     {"width", a->width},
-                     {"height", a->height},
-                     {"channels", a->channels},
-                     {"gradient_kept", kept},
-                     {"spectrum_distance", distance},
-                     {"seam_ratio", seams ? Json(*seams) : Json()}};
+  Json json = {{"psnr_db", if_aligned(metrics.psnr_db)},
+               {"rmse_8bit", if_aligned(metrics.rmse_8bit)},
+               {"ssim", if_aligned(metrics.ssim)},
+               {"mae_lab", if_aligned(metrics.mae_lab)},
+               {"flip", if_aligned(metrics.flip)},
+               {"peak_8bit", if_aligned(metrics.peak_8bit)},
+               {"identical", identical},
+               {"differing_samples", m ? Json(metrics.differing_samples) : Json()},
+               {"samples", m ? Json(metrics.samples) : Json()},
+               {"width", a->width},
+               {"height", a->height},
+               {"channels", a->channels},
+               {"gradient_kept", kept},
+               {"spectrum_distance", distance},
+               {"seam_ratio", seams ? Json(*seams) : Json()}};
+  if (arguments.statistics && std::min({a->width, a->height, b->width, b->height}) >= 2 * kLeastTextureCrop) {
+    const Result<TextureDistances> distances = texture_distances(*a, *b);
+    if (!distances) return stop(distances.error());
+    add_distances(*distances, text, json["distances"]);
+  }
   if (const auto wrote = arguments.report.write(text, json); !wrote) return stop(wrote.error());
   return identical || arguments.statistics ? kExitOk : kExitDifferent;
-}
-
-int synth(const SynthArguments& arguments) {
-  const auto stop = [](const Error& e) { return fail("synth", e); };
-  const auto size = split_numbers(arguments.size, 'x');
-  if (!size || size->size() != 2 || (*size)[0] < 1 || (*size)[1] < 1 || (*size)[0] > 65536 ||
-      (*size)[1] > 65536) {
-    return stop(bad_argument(fmt::format("--size is '{}', expected WxH with 1 to 65536", arguments.size)));
-  }
-  const auto seed = parse_u64(arguments.seed);
-  if (!seed)
-    return stop(
-        bad_argument(fmt::format("--seed is '{}', expected a whole number below 2^64", arguments.seed)));
-  TextureOptions options;
-  options.width = (*size)[0];
-  options.height = (*size)[1];
-  options.seed = *seed;
-  options.type = arguments.type == "unorm8"    ? SampleType::unorm8
-                 : arguments.type == "unorm16" ? SampleType::unorm16
-                                               : SampleType::float16;
-  const Result<Image> image = synthesize_texture(arguments.kind, options);
-  if (!image) return stop(image.error());
-  if (const auto wrote = write_image(arguments.output, *image); !wrote) return stop(wrote.error());
-  const Json json = {{"output", arguments.output},
-                     {"kind", arguments.kind},
-                     {"width", options.width},
-                     {"height", options.height}};
-  if (const auto wrote = arguments.report.write("", json); !wrote) return stop(wrote.error());
-  return kExitOk;
 }
 
 }  // namespace
 
 Verb add_compare(CLI::App& app) {
   auto a = std::make_shared<CompareArguments>();
-  CLI::App* verb = app.add_subcommand(
-      "compare",
-      "PSNR, RMSE, SSIM and peak between images or files, and how much of A's texture B keeps; exit 7 where "
-      "they differ");
-  verb->add_option("A", a->a, "an image or a .btfc file: the reference")->required();
-  verb->add_option(
-          "B", a->b,
-          "an image or a .btfc file: the candidate; gradient_kept is its mean gradient over that of A, "
-          "of a .btfc file seam_ratio is the mean gradient at patch joins over that elsewhere")
+  CLI::App* verb = app.add_subcommand("compare",
+                                      "PSNR, RMSE, SSIM, MAE in CIE Lab, FLIP and peak between images, files "
+                                      "or data sets, and how much of A's "
+                                      "texture B keeps; exit 7 where they differ");
+  verb->add_option("A", a->a, "an image, a .btfc file or a data set (see convert): the reference")
+      ->required();
+  verb->add_option("B", a->b,
+                   "what A is: the candidate; gradient_kept is its mean gradient over that of A, "
+                   "of a .btfc file seam_ratio is the mean gradient at patch joins over that elsewhere")
       ->required();
   verb->add_option("--map", a->map, "the map of the .btfc files")->type_name("NAME");
-  verb->add_flag("--statistics", a->statistics,
-                 "A and B may differ in size, and then have no PSNR, RMSE, SSIM and peak; exit 0");
+  verb->add_flag(
+      "--statistics", a->statistics,
+      "of images: also distances between textures that are not aligned, beside those between two crops of "
+      "A; A and B may differ in size, and then have no PSNR, RMSE, SSIM and peak; exit 0");
+  verb->add_option("--measures", a->measures, "which of the slower measures (default ssim,mae_lab,flip)")
+      ->type_name("psnr,ssim,…");
+  a->dataset.attach(*verb);
   a->report.attach(*verb);
   return {verb, [a] { return compare(*a); }};
-}
-
-Verb add_synth(CLI::App& app) {
-  auto a = std::make_shared<SynthArguments>();
-  CLI::App* verb = app.add_subcommand("synth", "write a procedural test texture");
-  std::string kinds;
-  for (const TextureKind& kind : texture_kinds()) {
-    kinds += fmt::format("{}{} ({})", kinds.empty() ? "" : ", ", kind.name, kind.texture_class);
-  }
-  verb->add_option("KIND", a->kind, kinds)->required();
-  verb->add_option("-o,--output", a->output, "the image to write")->required()->type_name("OUT.png|.exr");
-  verb->add_option("--size", a->size, "texels (default 512x512)")->type_name("WxH");
-  verb->add_option("--seed", a->seed, "seed (default 1)")->type_name("N");
-  verb->add_option("--type", a->type, "unorm8, unorm16 or float16 (default unorm8)")
-      ->check(CLI::IsMember({"unorm8", "unorm16", "float16"}))
-      ->type_name("TYPE");
-  a->report.attach(*verb);
-  return {verb, [a] { return synth(*a); }};
 }
 
 }  // namespace btfc

@@ -1,0 +1,96 @@
+// Reading data sets for the verbs.
+#include "tools/dataset_input.h"
+
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/task_arena.h>
+
+#include "format/options.h"
+
+namespace btfc {
+namespace {
+
+const char* name_of(Quantity quantity) {
+  static constexpr const char* kNames[] = {"unspecified", "reflectance", "reflectance_cos", "radiance",
+                                           "data"};
+  return kNames[static_cast<std::size_t>(quantity)];
+}
+
+std::string channel_list(const DatasetInfo& info) {
+  std::string text;
+  for (const std::string& name : info.channels) text += (text.empty() ? "" : ",") + name;
+  return text;
+}
+
+}  // namespace
+
+void DatasetInput::attach(CLI::App& verb) {
+  verb.add_option("--crop", crop, "of data sets: the texels to read (default: all)")->type_name("X,Y,W,H");
+  verb.add_option("--missing", missing,
+                  "of data sets: images that the directions ask for and are not there (default "
+                  "error)")
+      ->check(CLI::IsMember({"error", "skip"}))
+      ->type_name("error|skip");
+  verb.add_option("--scratch", scratch,
+                  "of data sets: where samples are kept meanwhile (default $TMPDIR or /var/tmp)")
+      ->type_name("DIR");
+  verb.add_option("--threads", threads, "threads (default: all)")->check(CLI::Range(1, 1024))->type_name("N");
+}
+
+Result<DatasetRead> DatasetInput::read(const std::string& path) const {
+  DatasetReadOptions options;
+  if (!crop.empty()) {
+    const auto n = split_numbers(crop, ',');
+    if (!n || n->size() != 4 || (*n)[2] < 1 || (*n)[3] < 1) {
+      return bad_argument(fmt::format("--crop is '{}', expected X,Y,W,H with at least one texel", crop));
+    }
+    options.crop = Rectangle{(*n)[0], (*n)[1], (*n)[2], (*n)[3]};
+  }
+  options.skip_missing = missing == "skip";
+  options.scratch_directory = scratch;
+  options.progress = progress_line("reading");
+  Result<DatasetRead> read = read_dataset(path, options);
+  if (read) {
+    for (const std::string& note : read->notes) fmt::print(stderr, "btfc: {}: {}\n", path, note);
+  }
+  return read;
+}
+
+void DatasetInput::run(const std::function<void()>& work) const {
+  const int count = threads == 0 ? tbb::info::default_concurrency() : static_cast<int>(threads);
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<std::size_t>(count));
+  tbb::task_arena arena(count);
+  arena.execute(work);
+}
+
+Json dataset_json(const DatasetRead& read) {
+  const DatasetInfo& info = read.dataset.info();
+  return {{"kind", read.kind},
+          {"width", info.width},
+          {"height", info.height},
+          {"channels", info.channels.size()},
+          {"channel_names", info.channels},
+          {"sample_type", btfc::name_of(info.type)},
+          {"colour_space", btfc::name_of(info.colour_space)},
+          {"quantity", name_of(info.quantity)},
+          {"wraps", info.wraps},
+          {"views", info.views.size()},
+          {"lights", info.lights.size()},
+          {"pairs", info.pairs.size()},
+          {"full_product", info.full_product()},
+          {"raw_bytes", info.image_samples() * info.pairs.size() * (info.type == SampleType::unorm8 ? 1 : 2)},
+          {"scratch_bytes", read.dataset.scratch_bytes()},
+          {"notes", read.notes}};
+}
+
+std::string dataset_text(const DatasetRead& read) {
+  const DatasetInfo& info = read.dataset.info();
+  return fmt::format("{}: {}x{} texels, {} {} channels ({}), {} views, {} lights, {} pairs{}, {}, {}{}",
+                     read.kind, info.width, info.height, info.channels.size(), btfc::name_of(info.type),
+                     channel_list(info), info.views.size(), info.lights.size(), info.pairs.size(),
+                     info.full_product() ? "" : " (not all)", btfc::name_of(info.colour_space),
+                     name_of(info.quantity), info.wraps ? ", repeats" : "");
+}
+
+}  // namespace btfc

@@ -11,102 +11,13 @@
 #include <string>
 #include <vector>
 
-#include "shaders/btfc_half.h"
+#include "encoder/synth/noise.h"
+#include "encoder/synth/synth_math.h"
 
 namespace btfc {
 namespace {
 
-// --- Small arithmetic -----------------------------------------------------------------------------------
-
-struct Rgb {
-  double r = 0, g = 0, b = 0;
-};
-Rgb operator*(const Rgb& c, double s) { return {c.r * s, c.g * s, c.b * s}; }
-Rgb operator+(const Rgb& a, const Rgb& b) { return {a.r + b.r, a.g + b.g, a.b + b.b}; }
-Rgb mix(const Rgb& a, const Rgb& b, double t) { return a * (1 - t) + b * t; }
-double mix(double a, double b, double t) { return a * (1 - t) + b * t; }
-double saturate(double v) { return std::min(std::max(v, 0.0), 1.0); }
-double square(double v) { return v * v; }
-
-// 0 below from, 1 above to, smooth between.
-double step(double from, double to, double v) {
-  const double t = saturate((v - from) / (to - from));
-  return t * t * (3 - 2 * t);
-}
-
-// A quarter circle's rise: 0 at v <= 0, 1 at v >= width, steep first.
-double rounded(double v, double width) { return std::sqrt(1 - square(1 - saturate(v / width))); }
-
-// --- Noise ----------------------------------------------------------------------------------------------
-
-// Four independent values in [0, 1) from one hash.
-struct Draw {
-  std::array<double, 4> v;
-  double operator[](std::size_t i) const { return v[i]; }
-};
-
-class Noise {
- public:
-  explicit Noise(std::uint64_t seed) : seed_(scramble(seed)) {}
-
-  std::uint64_t bits(double i, double j, std::uint64_t salt) const {
-    const auto column = static_cast<std::uint64_t>(static_cast<std::int64_t>(i));
-    const auto row = static_cast<std::uint64_t>(static_cast<std::int64_t>(j));
-    return scramble(scramble(seed_ + salt * 0x9e3779b97f4a7c15u + column) + row);
-  }
-  // i and j are whole numbers.
-  Draw draw(double i, double j, std::uint64_t salt) const {
-    const std::uint64_t h = bits(i, j, salt);
-    Draw d{};
-    for (std::size_t k = 0; k < 4; ++k) d.v[k] = static_cast<double>((h >> (16 * k)) & 0xffffu) / 65536;
-    return d;
-  }
-  // Gradient noise with features one unit across, about -1 … 1, mean 0.
-  double smooth(double x, double y, std::uint64_t salt) const {
-    const double i = std::floor(x), j = std::floor(y), u = x - i, v = y - j;
-    const double a = fade(u), b = fade(v);
-    const double top = mix(slope(i, j, u, v, salt), slope(i + 1, j, u - 1, v, salt), a);
-    const double bottom = mix(slope(i, j + 1, u, v - 1, salt), slope(i + 1, j + 1, u - 1, v - 1, salt), a);
-    return 1.6 * mix(top, bottom, b);
-  }
-  // Octaves of it, each of half the amplitude of the one before, the first with features size texels across.
-  double fractal(double x, double y, double size, int octaves, std::uint64_t salt) const {
-    double sum = 0, amplitude = 1;
-    x /= size;
-    y /= size;
-    for (int k = 0; k < octaves; ++k) {
-      sum += amplitude * smooth(x, y, salt + static_cast<std::uint64_t>(k));
-      amplitude *= 0.5;
-      // Turned by about 37 degrees, so that the lattices of the octaves do not add up to a visible grid.
-      const double turned = 1.6 * x - 1.2 * y;
-      y = 1.2 * x + 1.6 * y;
-      x = turned;
-    }
-    return sum;
-  }
-  // White noise, -1 … 1, denser in the middle.
-  double white(double x, double y, std::uint64_t salt) const {
-    const Draw d = draw(std::floor(x), std::floor(y), salt);
-    return 0.5 * (d[0] + d[1] + d[2] + d[3]) - 1;
-  }
-
- private:
-  static std::uint64_t scramble(std::uint64_t h) {
-    h += 0x9e3779b97f4a7c15u;
-    h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
-    h = (h ^ (h >> 27)) * 0x94d049bb133111ebu;
-    return h ^ (h >> 31);
-  }
-  static double fade(double t) { return t * t * t * (t * (t * 6 - 15) + 10); }
-  double slope(double i, double j, double u, double v, std::uint64_t salt) const {
-    const std::uint64_t h = bits(i, j, salt);
-    const double gx = static_cast<double>(h & 0xffffu) / 32768 - 1;
-    const double gy = static_cast<double>((h >> 16) & 0xffffu) / 32768 - 1;
-    return gx * u + gy * v;
-  }
-
-  std::uint64_t seed_;
-};
+using namespace procedural;
 
 // --- Materials ------------------------------------------------------------------------------------------
 
@@ -481,29 +392,6 @@ Rgb radiance(Window<Texel>& scene, std::int64_t x, std::int64_t y) {
              texel.albedo.g * (sun.g * facing * lit + ambient.g * open),
              texel.albedo.b * (sun.b * facing * lit + ambient.b * open)} +
          sun * (lit * (texel.gloss * mirror + texel.glint));
-}
-
-// The sRGB curve for v in 0 … 1. v^(1/2.4) as the root z of z^12 = v^5, by Newton's method from a close
-// guess.
-double srgb_code(double v) {
-  if (v <= 0.0031308) return 12.92 * v;
-  const double s1 = std::sqrt(v), s2 = std::sqrt(s1), s3 = std::sqrt(s2);
-  double z = (0.662002687 * s1 + 0.684122060 * s2 - 0.323583601 * s3 - 0.0225411470 * v + 0.055) / 1.055;
-  const double v5 = square(square(v)) * v;
-  for (int k = 0; k < 3; ++k) {
-    const double z4 = square(square(z));
-    z += (v5 / (z4 * z4 * z * z * z) - z) / 12;
-  }
-  return std::min(1.055 * z - 0.055, 1.0);
-}
-
-std::uint16_t encode(SampleType type, double linear) {
-  if (type == SampleType::float16) {
-    return static_cast<std::uint16_t>(
-        btfc_float_to_half(static_cast<float>(std::clamp(linear, 0.0, 65504.0))));
-  }
-  const double top = type == SampleType::unorm8 ? 255 : 65535;
-  return static_cast<std::uint16_t>(srgb_code(saturate(linear)) * top + 0.5);
 }
 
 // Rows [first, first + rows) of the image.

@@ -782,6 +782,23 @@ TEST_F(DatasetImages, FitsAreRelitByTheirFormulas) {
   });
 }
 
+TEST_F(DatasetImages, GaussiansOfManyLightsKeepSomeWeight) {
+  // 1,600 lights within one width: each has less than the cut, and all have the same node.
+  std::string lights, basis = "1,2,3";
+  for (int i = 0; i < 1600; ++i) {
+    lights += fmt::format("{}{},{},1", i == 0 ? "" : ",", i % 40 * 0.01, i / 40 * 0.01);
+    basis += i == 0 ? "" : ",1,2,3";
+  }
+  for (int i = 0; i < 1600; ++i) basis += ",127,127,127";
+  put("plane_0.png", constant(2, 1, 3, SampleType::unorm8, 100));
+  put("info.json", fmt::format(R"({{"width":2,"height":1,"format":"png","type":"rbf","colorspace":"mrgb",)"
+                               R"("nplanes":1,"sigma":10,"lights":[{}],"basis":[{}],)"
+                               R"("materials":[{{"scale":[1],"bias":[0],"range":[100]}}]}})",
+                               lights, basis));
+  const DatasetRead set = good();
+  EXPECT_EQ(set.dataset.image(1599).codes, (std::vector<std::uint16_t>{1, 2, 3, 1, 2, 3}));
+}
+
 TEST_F(DatasetImages, FitsThatCannotBeRelitAreRefused) {
   for (int i = 0; i < 6; ++i) put(fmt::format("plane_{}.png", i), constant(2, 1, 3, SampleType::unorm8, 100));
   const std::string ptm = info_json("ptm", "rgb", 18, "");
@@ -962,7 +979,8 @@ TEST_F(DatasetImages, RadianceRunLengthsOldAndNew) {
       {radiance("\n-Y 1 +Y 8", separate), "resolution line"},
       {radiance("\n-Y 1 +X 0", separate), "resolution line"},
       {radiance("\n-Y 65537 +X 65537", separate), "resolution line"},
-      {radiance("\n-Y 65536 +X 65536", separate), "ends before"},
+      {radiance("\n-Y 65536 +X 65536", separate), "at most 268435456"},
+      {radiance("\n-Y 16384 +X 16384", separate), "another length"},
       {radiance("\n-Y 99999999999999999999 +X 8", separate), "resolution line"},
       {radiance("EXPOSURE=0\n\n-Y 1 +X 8", separate), "EXPOSURE"},
       {radiance("EXPOSURE=nan\n\n-Y 1 +X 8", separate), "EXPOSURE"},

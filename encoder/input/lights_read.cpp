@@ -193,8 +193,8 @@ bool is_lights(const std::string& path) {
   if (!is_directory(path)) return is_lp(path) && is_file(path);
   const Result<std::vector<std::string>> files = files_of_directory(path, false);
   if (!files) return false;
-  const bool photographs = std::any_of(files->begin(), files->end(), is_photograph_file);
-  return photographs && (std::any_of(files->begin(), files->end(), is_lp) || light_table(path).has_value());
+  if (std::any_of(files->begin(), files->end(), is_lp)) return true;
+  return std::any_of(files->begin(), files->end(), is_photograph_file) && light_table(path).has_value();
 }
 
 Result<DatasetRead> read_lights(const std::string& path, const DatasetReadOptions& options) {
@@ -205,7 +205,8 @@ Result<DatasetRead> read_lights(const std::string& path, const DatasetReadOption
   const Result<Photographs> photographs = photographs_in(source->directory);
   if (!photographs) return photographs.error();
   std::vector<std::string> notes;
-  if (photographs->masks > 0) notes.push_back(fmt::format("{} mask images were passed over", photographs->masks));
+  if (photographs->masks > 0)
+    notes.push_back(fmt::format("{} mask images were passed over", photographs->masks));
   const Result<Matched> matched = match(*source, *list, *photographs, options.skip_missing, notes);
   if (!matched) return matched.error();
 

@@ -16,6 +16,9 @@
 namespace btfc {
 namespace {
 
+// Run lengths can stand for any number of texels; what they may ask for is bounded.
+constexpr std::uint64_t kMaxTexels = std::uint64_t{1} << 28;
+
 // Axes of the stored raster: `lines` scanlines of `length` texels. Ward's "-Y h +X w" is rows from the top,
 // columns from the left: y points up in the file's own terms.
 struct Raster {
@@ -59,6 +62,12 @@ Result<Raster> raster_of(const std::string& path, std::string_view line, double 
     return damaged(path, fmt::format("has the resolution line '{}', expected one as '-Y 256 +X 256' of at "
                                      "most {} texels a side",
                                      line.substr(0, 60), kMaxSide));
+  }
+  if (std::uint64_t{slow.count} * fast.count > kMaxTexels) {
+    return Error{Status::limit,
+                 fmt::format("the Radiance picture '{}' has {}x{} texels, expected at most {} in all", path,
+                             slow.count, fast.count, kMaxTexels),
+                 "", 0};
   }
   const Axis &x = slow.name == 'X' ? slow : fast, &y = slow.name == 'X' ? fast : slow;
   return Raster{slow.count, fast.count, slow.name == 'X', x.sign == '-', y.sign == '+', exposure};

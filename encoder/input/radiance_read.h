@@ -18,7 +18,7 @@ struct RadianceImage {
 bool is_radiance(const std::string& path);
 
 // Flat texels, old and new run lengths, all eight orders and signs of the axes; EXPOSURE is divided out.
-// Refused: XYZE texels, damaged or short files, sides above 65536.
+// Refused: XYZE texels, damaged or short files, sides above 65536, more than 2^28 texels.
 Result<RadianceImage> read_radiance(const std::string& path);
 
 }  // namespace btfc

@@ -18,6 +18,8 @@ using Json = nlohmann::json;
 using std::numbers::pi;
 
 constexpr std::size_t kMaxPlanes = 255, kMaxLights = 10000, kMaxResolution = 256;
+constexpr double kLargest = 1e15,
+                 kSmallestRange = 1e-6;  // far beyond any fit; sums and quotients stay finite
 
 // Fields of info.json; the first that is missing or of another type is the error.
 class Fields {
@@ -47,7 +49,7 @@ class Fields {
     std::vector<double> out;
     bool good = found != nullptr && found->is_array() && (size == 0 || found->size() == size);
     for (std::size_t i = 0; good && i < found->size(); ++i) {
-      good = (*found)[i].is_number() && std::isfinite((*found)[i].get<double>());
+      good = (*found)[i].is_number() && std::fabs((*found)[i].get<double>()) < kLargest;
       if (good) out.push_back((*found)[i].get<double>());
     }
     if (good) return out;
@@ -150,49 +152,54 @@ Weights harmonics(const Vector3& l) {
           b * std::sin(2 * phi) * (c * c - c)};
 }
 
-// A weight for each node of the basis; they sum to 1.
-Weights gaussians(const RelightFit& fit, const Vector3& l) {
-  Weights w;
-  double sum = 0, kept = 0;
+// Nodes of the basis with their weights, which sum to 1; the others have none.
+struct NodeWeight {
+  std::size_t node;
+  double weight;
+};
+
+std::vector<NodeWeight> gaussians(const RelightFit& fit, const Vector3& l) {
+  Weights all;
+  double sum = 0;
   for (const Vector3& node : fit.lights) {
     const double x = node[0] - l[0], y = node[1] - l[1], z = node[2] - l[2];
-    w.push_back(std::exp(-(x * x + y * y + z * z) / (fit.sigma * fit.sigma)));
-    sum += w.back();
+    all.push_back(std::exp(-(x * x + y * y + z * z) / (fit.sigma * fit.sigma)));
+    sum += all.back();
   }
-  for (double& each : w) {
-    each = each / sum > 0.001 ? each / sum : 0;
-    kept += each;
+  // The published cut leaves nothing where a thousand lights share the weight; then all of them stay.
+  const double cut = *std::max_element(all.begin(), all.end()) / sum > 0.001 ? 0.001 : 0;
+  std::vector<NodeWeight> kept;
+  double kept_sum = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!(all[i] / sum > cut)) continue;
+    kept.push_back({i, all[i] / sum});
+    kept_sum += all[i] / sum;
   }
-  for (double& each : w) each /= kept;
-  return w;
+  for (NodeWeight& each : kept) each.weight /= kept_sum;
+  return kept;
 }
 
 // The upper half of an octahedron, turned by 45 degrees onto the unit square.
-Weights octahedral(const RelightFit& fit, const Vector3& l) {
+std::vector<NodeWeight> octahedral(const RelightFit& fit, const Vector3& l) {
   const double s = std::fabs(l[0]) + std::fabs(l[1]) + std::fabs(l[2]);
   const std::uint32_t n = fit.resolution;
   const double x = ((l[0] + l[1]) / s + 1) / 2 * (n - 1), y = ((l[1] - l[0]) / s + 1) / 2 * (n - 1);
   const auto i = std::min(n - 2, static_cast<std::uint32_t>(std::max(0.0, x)));
   const auto j = std::min(n - 2, static_cast<std::uint32_t>(std::max(0.0, y)));
   const double u = x - i, v = y - j;
-  Weights w(fit.nodes(), 0);
   const std::size_t at = std::size_t{j} * n + i;
-  w[at] = (1 - u) * (1 - v);
-  w[at + 1] = u * (1 - v);
-  w[at + n] = (1 - u) * v;
-  w[at + n + 1] = u * v;
-  return w;
+  return {{at, (1 - u) * (1 - v)}, {at + 1, u * (1 - v)}, {at + n, (1 - u) * v}, {at + n + 1, u * v}};
 }
 
-RelightWeights basis_weights(const RelightFit& fit, const Weights& nodes) {
+RelightWeights basis_weights(const RelightFit& fit, const std::vector<NodeWeight>& nodes) {
   RelightWeights out;
   out.weight.resize(fit.planes);
   for (std::size_t p = 0; p <= fit.planes; ++p) {
     for (std::size_t k = 0; k < 3; ++k) {
       double sum = 0;
-      for (std::size_t i = 0; i < nodes.size(); ++i) {
-        const double byte = fit.basis[(p * nodes.size() + i) * 3 + k];
-        sum += nodes[i] * (p == 0 ? byte / 255 : (byte - 127) / fit.range[p - 1]);
+      for (const NodeWeight& each : nodes) {
+        const double byte = fit.basis[(p * fit.nodes() + each.node) * 3 + k];
+        sum += each.weight * (p == 0 ? byte / 255 : (byte - 127) / fit.range[p - 1]);
       }
       (p == 0 ? out.offset : out.weight[p - 1])[k] = sum;
     }
@@ -259,7 +266,7 @@ Result<RelightFit> parse_relight(const std::string& path, const std::string& jso
   if (has_basis(fit.form)) {
     fit.range = material.numbers("range", fit.planes);
     for (const double r : fit.range) {
-      if (r == 0) material.fail("range", "numbers other than 0");
+      if (!(std::fabs(r) > kSmallestRange)) material.fail("range", "numbers other than 0");
     }
     read_basis(info, basis_file, fit);
   }

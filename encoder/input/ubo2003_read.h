@@ -14,6 +14,7 @@ bool is_ubo2003(const std::string& path);
 // theta, then phi. Colours are as the files have them, but for UTIA's EXR, which are CIE XYZ under D65 by the
 // publisher's word and no attribute: they become linear Rec. 709, in halves, so that all behind sees RGB;
 // their scale stays.
+// The quantity is unspecified: no publisher states it.
 //
 // UTIA's list of shifted lights is a text file whose rows are number, theta, phi, shifted theta, shifted phi
 // in degrees: an image whose light is its view was lit from the shifted direction, which is then a light of

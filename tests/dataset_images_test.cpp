@@ -648,6 +648,15 @@ TEST_F(DatasetImages, TablesOfLightsInTheirThreeShapes) {
     EXPECT_TRUE(same_direction(lights[2], direction_from_vector({0, 0.6, 0.8}))) << name;
     for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(first_code(set, i), i) << name;
   }
+  // Three by three: unit vectors tell rows from columns.
+  put("three/a.png", grey(0));
+  put("three/b.png", grey(1));
+  put("three/c.png", grey(2));
+  for (const char* text : {"0 0.6 0\n0 0 0.6\n1 0.8 0.8\n", "0 0 1\n0.6 0 0.8\n0 0.6 0.8\n"}) {
+    put("three/light_directions.txt", std::string(text));
+    EXPECT_TRUE(same_direction(good("three").dataset.info().lights[1], direction_from_vector({0.6, 0, 0.8})))
+        << text;
+  }
   EXPECT_FALSE(is_dataset(path("uw")));  // the lights of its folders, no images
   put("dl/light_directions.txt", std::string("0 0 1\n0.6 0 0.8 9\n"));
   expect_refused({"no table of lights"}, "dl");
@@ -696,7 +705,7 @@ std::string info_json(const std::string& type, const std::string& colours, int p
   }
   return fmt::format(
       R"({{"width":2,"height":1,"format":"png","type":"{}","colorspace":"{}","nplanes":{},)"
-      R"("lights":[0,0,2, 0.6,0,0.8, 0,0.8,0.6],"materials":[{{"scale":[{}],"bias":[{}],"range":[{}]}}]{}}})",
+      R"("lights":[0,0,2, 0.6,0,0.8, 0.48,0.64,0.6],"materials":[{{"scale":[{}],"bias":[{}],"range":[{}]}}]{}}})",
       type, colours, planes, scale, bias, range, more);
 }
 
@@ -745,6 +754,22 @@ TEST_F(DatasetImages, FitsAreRelitByTheirFormulas) {
     const double f = std::sqrt(6 / pi) * std::sqrt(l[2] / (1 + l[2]));
     return c(x, k) / std::sqrt(2 * pi) + c(x, 3 + k) * f * l[0] +
            c(x, 6 + k) * std::sqrt(3 / (2 * pi)) * (2 * l[2] - 1) + c(x, 9 + k) * f * l[1];
+  });
+  // All nine, in x, y and z alone: cos 2 phi = (x^2 - y^2) / (1 - z^2), sin 2 phi = 2 x y / (1 - z^2).
+  expect_colours(info_json("hsh", "rgb", 27, ""), [&](U, const Vector3& l, U x, U k) {
+    const double z = l[2], f = std::sqrt(z / (1 + z)), a = std::sqrt(6 / pi), b = std::sqrt(30 / pi);
+    const double w[9] = {1 / std::sqrt(2 * pi),
+                         a * l[0] * f,
+                         std::sqrt(3 / (2 * pi)) * (2 * z - 1),
+                         a * l[1] * f,
+                         -b * (l[0] * l[0] - l[1] * l[1]) * z / (1 + z),
+                         b * l[0] * (2 * z - 1) * f,
+                         std::sqrt(5 / (2 * pi)) * (6 * z * z - 6 * z + 1),
+                         b * l[1] * (2 * z - 1) * f,
+                         -2 * b * l[0] * l[1] * z / (1 + z)};
+    double sum = 0;
+    for (U i = 0; i < 9; ++i) sum += w[i] * c(x, 3 * i + k);
+    return sum;
   });
   // Narrow Gaussians: light i alone. Node bytes 127 + 10 i + p + k, mean 50 i + k.
   std::string basis;

@@ -6,11 +6,20 @@
 #include <array>
 
 #include "encoder/input/dataset_format.h"
+#include "encoder/input/lights_read.h"
+#include "encoder/input/relight_read.h"
+#include "encoder/input/stack_read.h"
+#include "encoder/input/ubo2003_read.h"
 
 namespace btfc {
 namespace {
 
-constexpr std::array<DatasetFormat, 0> kFormats = {};
+constexpr auto kFormats = std::to_array<DatasetFormat>({
+    {"ubo2003", is_ubo2003, read_ubo2003},
+    {"relight", is_relight, read_relight},
+    {"lights", is_lights, read_lights},
+    {"stack", is_stack, read_stack},
+});
 
 const DatasetFormat* format_of(const std::string& path) {
   for (const DatasetFormat& format : dataset_formats()) {

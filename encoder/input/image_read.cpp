@@ -2,10 +2,13 @@
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
 #include "encoder/image_file.h"
+#include "encoder/input/radiance_read.h"
+#include "encoder/output/atomic_file.h"
 #include "format/limits.h"
 #include "shaders/btfc_half.h"
 
@@ -65,20 +68,58 @@ Result<Done> to_half_codes(const std::string& path, const std::vector<float>& va
       "", 0};
 }
 
-}  // namespace
-
-Result<std::vector<std::string>> image_channel_names(const std::string& path) {
-  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path);
-  if (!input) return unreadable(path, OIIO::geterror());
-  return input->spec().channelnames;
+// Whether a JPEG's scans run to its end marker. libjpeg fills what is missing with grey and only warns, which
+// OpenImageIO does not pass on. Markers: ISO 10918-1, table B.1.
+bool jpeg_is_whole(ByteView file) {
+  std::size_t at = 2;  // behind the start marker
+  while (at + 4 <= file.size()) {
+    if (file[at] != 0xff) return false;
+    const std::uint8_t marker = file[at + 1];
+    if (marker == 0xff) {  // a fill byte
+      ++at;
+      continue;
+    }
+    if (marker == 0xd9) return true;
+    at += 2 + (std::size_t{file[at + 2]} << 8 | file[at + 3]);
+    if (marker != 0xda) continue;
+    // Coded data until a marker that is neither a stuffed 0xff nor a restart.
+    const auto is_data = [](std::uint8_t m) { return m == 0 || (m >= 0xd0 && m <= 0xd7); };
+    while (at + 1 < file.size() && (file[at] != 0xff || is_data(file[at + 1]))) ++at;
+  }
+  return at + 1 < file.size() && file[at] == 0xff && file[at + 1] == 0xd9;
 }
 
-Result<Image> read_image(const std::string& path, std::uint32_t max_channels) {
+Result<ImageFile> read_radiance_image(const std::string& path, std::uint32_t max_channels) {
+  const Result<RadianceImage> radiance = read_radiance(path);
+  if (!radiance) return radiance.error();
+  if (max_channels < 3) {
+    return unsupported("", 0, fmt::format("'{}' has 3 channels, expected {}", path, max_channels));
+  }
+  ImageFile out{{}, {"R", "G", "B"}};
+  out.image.width = radiance->width;
+  out.image.height = radiance->height;
+  out.image.channels = 3;
+  out.image.type = SampleType::float16;
+  if (const auto converted = to_half_codes(path, radiance->rgb, out.image); !converted)
+    return converted.error();
+  return out;
+}
+
+}  // namespace
+
+Result<ImageFile> read_image_file(const std::string& path, std::uint32_t max_channels) {
+  // By our own reader: OpenImageIO keeps the raster as stored, and 2.4 swaps two of the eight orders.
+  if (is_radiance(path)) return read_radiance_image(path, max_channels);
   OIIO::ImageSpec config;
   config["oiio:UnassociatedAlpha"] = 1;  // codes as stored: PNG's alpha is not multiplied in
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path, &config);
   if (!input) return unreadable(path, OIIO::geterror());
   const OIIO::ImageSpec& spec = input->spec();
+  if (std::string_view(input->format_name()) == "jpeg") {
+    const Result<Bytes> file = read_file(path);
+    if (!file) return file.error();
+    if (!jpeg_is_whole(*file)) return unreadable(path, "the JPEG file ends early");
+  }
   if (spec.nchannels < 1 || spec.nchannels > static_cast<int>(max_channels) || spec.depth > 1) {
     return Error{Status::unsupported,
                  fmt::format("'{}' has {} channels and depth {}, expected 1 to {} channels of a flat image",
@@ -135,7 +176,13 @@ Result<Image> read_image(const std::string& path, std::uint32_t max_channels) {
     if (const auto converted = to_half_codes(path, values, image); !converted) return converted.error();
   }
   image.colour_space = colour_space_of_file(spec, image.type);
-  return image;
+  return ImageFile{std::move(image), spec.channelnames};
+}
+
+Result<Image> read_image(const std::string& path, std::uint32_t max_channels) {
+  Result<ImageFile> named = read_image_file(path, max_channels);
+  if (!named) return named.error();
+  return std::move(named->image);
 }
 
 }  // namespace btfc

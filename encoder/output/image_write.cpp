@@ -83,6 +83,7 @@ Result<Done> write_image_rows(const std::string& path, const ImageHeader& header
                                                                      : OIIO::TypeDesc(OIIO::TypeDesc::HALF);
   OIIO::ImageSpec spec(static_cast<int>(header.width), static_cast<int>(header.height),
                        static_cast<int>(header.channels), stored);
+  if (exr && header.channel_names.size() == header.channels) spec.channelnames = header.channel_names;
   spec.alpha_channel = header.alpha == Alpha::none ? -1 : spec.nchannels - 1;
   spec["oiio:UnassociatedAlpha"] = header.alpha == Alpha::straight ? 1 : 0;
   if (png) spec["png:compressionLevel"] = 3;
@@ -111,9 +112,10 @@ Result<Done> write_image_rows(const std::string& path, const ImageHeader& header
   return pending->commit();
 }
 
-Result<Done> write_image(const std::string& path, const Image& image) {
-  const ImageHeader header{image.width, image.height,       image.channels,
-                           image.type,  image.colour_space, image.alpha};
+Result<Done> write_image(const std::string& path, const Image& image,
+                         const std::vector<std::string>& channel_names) {
+  const ImageHeader header{image.width,        image.height, image.channels, image.type,
+                           image.colour_space, image.alpha,  channel_names};
   return write_image_rows(path, header,
                           [&](std::uint32_t y, std::uint32_t count, std::uint8_t* out) -> Result<Done> {
                             const std::size_t begin = image.index(0, y, 0),

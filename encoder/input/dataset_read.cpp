@@ -6,11 +6,14 @@
 #include <array>
 
 #include "encoder/input/dataset_format.h"
+#include "encoder/input/ubo2014_read.h"
 
 namespace btfc {
 namespace {
 
-constexpr std::array<DatasetFormat, 0> kFormats = {};
+constexpr std::array kFormats = {
+    DatasetFormat{"ubo2014", is_ubo2014, read_ubo2014},
+};
 
 const DatasetFormat* format_of(const std::string& path) {
   for (const DatasetFormat& format : dataset_formats()) {

@@ -5,6 +5,7 @@
 
 #include <array>
 
+#include "encoder/input/btf_exr_read.h"
 #include "encoder/input/dataset_format.h"
 #include "encoder/input/ubo2014_read.h"
 
@@ -13,6 +14,7 @@ namespace {
 
 constexpr std::array kFormats = {
     DatasetFormat{"ubo2014", is_ubo2014, read_ubo2014},
+    DatasetFormat{"btf_exr", is_btf_exr, read_btf_exr},
 };
 
 const DatasetFormat* format_of(const std::string& path) {

@@ -198,7 +198,7 @@ TEST_F(BtfExrTest, CropsAreThoseOfTheImages) {
 
 // Noise whose compressed chunks come out smaller, larger and just as large as the samples.
 TEST_F(BtfExrTest, ChunksOfAnySizeComeBack) {
-  const Dataset dataset = dataset_of(info_of(40, 30, 9, 3, {"R", "G", "B"}, SampleType::unorm8));
+  const Dataset dataset = dataset_of(info_of(9, 9, 19, 5, {"R", "G", "B"}, SampleType::unorm8));
   ASSERT_TRUE(write_btf_exr(dataset, path_));
   const auto got = read_dataset(path_, {});
   ASSERT_TRUE(got) << got.error().message;
@@ -430,6 +430,10 @@ TEST_F(BtfExrTest, FaultsAreNamed) {
          h.insert("btfc:pair", Imf::V2iAttribute({part / 2, 1}));
        }),
        "part 1 has btfc:view (0, 0), and another part has (30, 120) with the same number"},
+      {edit([](int part, Imf::Header& h) {
+         h.insert("btfc:pair", Imf::V2iAttribute({part - 1, part}));
+       }),
+       "part 0 has the number -1 in btfc:pair"},
       {edit([](int part, Imf::Header& h) {
          if (part == 1) h.erase("btfc:light");
        }),

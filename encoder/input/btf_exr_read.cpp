@@ -250,6 +250,7 @@ class DirectionList {
     if (!number) {
       return find(by_angles_, key, *angles);
     }
+    if (*number < 0) return fault = fmt::format("has the number {} in {}", *number, kBtfExrPair), 0u;
     const auto known = angles_.find(*number);
     if (known == angles_.end()) {
       angles_[*number] = key;

@@ -22,6 +22,9 @@
 namespace btfc {
 namespace {
 
+// What OpenEXR's C++ classes take: files as small as by zlib's own choice, in half the time.
+constexpr int kZipLevel = 4;
+
 // What OpenEXR said last on this thread: its error codes alone say little.
 thread_local std::string last_message;
 void keep_message(exr_const_context_t, exr_result_t, const char* message) { last_message = message; }
@@ -68,6 +71,7 @@ class Writer {
     init.error_handler_fn = keep_message;
     init.user_data = &stream;
     init.write_fn = write_bytes;
+    init.zip_level = kZipLevel;
     check(exr_start_write(&context_, path.c_str(), EXR_WRITE_FILE_DIRECTLY, &init));
   }
   Writer(const Writer&) = delete;

@@ -5,11 +5,13 @@
 
 #include <array>
 
+#include "encoder/input/btf_exr_read.h"
 #include "encoder/input/dataset_format.h"
 #include "encoder/input/lights_read.h"
 #include "encoder/input/relight_read.h"
 #include "encoder/input/stack_read.h"
 #include "encoder/input/ubo2003_read.h"
+#include "encoder/input/ubo2014_read.h"
 
 namespace btfc {
 namespace {
@@ -19,6 +21,8 @@ constexpr auto kFormats = std::to_array<DatasetFormat>({
     {"relight", is_relight, read_relight},
     {"lights", is_lights, read_lights},
     {"stack", is_stack, read_stack},
+    {"ubo2014", is_ubo2014, read_ubo2014},
+    {"btf_exr", is_btf_exr, read_btf_exr},
 });
 
 const DatasetFormat* format_of(const std::string& path) {

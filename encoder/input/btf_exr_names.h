@@ -1,0 +1,26 @@
+// Names in BTF files of OpenEXR parts (spec/interchange.md), for reader and writer.
+#pragma once
+
+#include <array>
+
+namespace btfc {
+
+inline constexpr int kBtfExrVersion = 1;
+
+// Of the first part.
+inline constexpr const char* kBtfExrVersionName = "btfc:version";
+inline constexpr const char* kBtfExrSampleType = "btfc:sampleType";
+inline constexpr const char* kBtfExrQuantity = "btfc:quantity";
+inline constexpr const char* kBtfExrColourSpace = "btfc:colourSpace";
+inline constexpr const char* kBtfExrWraps = "btfc:wraps";
+inline constexpr const char* kBtfExrChannels = "btfc:channels";
+// Of every part.
+inline constexpr const char* kBtfExrView = "btfc:view";
+inline constexpr const char* kBtfExrLight = "btfc:light";
+inline constexpr const char* kBtfExrPair = "btfc:pair";
+
+// By the numbers of Quantity.
+inline constexpr std::array kBtfExrQuantityNames = {"unspecified", "reflectance", "reflectance_cos",
+                                                    "radiance", "data"};
+
+}  // namespace btfc

@@ -25,6 +25,10 @@
 #include "shaders/btfc_half.h"
 #include "tests/test_support.h"
 
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/lsan_interface.h>
+#endif
+
 namespace btfc::test {
 namespace {
 
@@ -289,7 +293,7 @@ TEST_F(DatasetImages, DamagedImagesAreNamed) {
   put(good_name, jpeg);
   put(bad_name, jpeg);
   EXPECT_EQ(good().dataset.info().pairs.size(), 2u);
-  for (std::size_t size = 0; size < jpeg.size(); ++size) {
+  for (std::size_t size = 0; size < jpeg.size(); size += size + 12 < jpeg.size() ? 11 : 1) {
     put(bad_name, Bytes(jpeg.begin(), jpeg.begin() + static_cast<std::ptrdiff_t>(size)));
     expect_refused({bad_name});
   }
@@ -300,6 +304,10 @@ TEST_F(DatasetImages, DamagedImagesAreNamed) {
   const Bytes png = *read_file(path("whole.png"));
   put("png/tl000 pl000 tv000 pv000.png",
       Bytes(png.begin(), png.begin() + static_cast<std::ptrdiff_t>(png.size() / 2)));
+#ifdef __SANITIZE_ADDRESS__
+  // libpng's long jump leaves a string of OpenImageIO's behind.
+  const __lsan::ScopedDisabler libraries;
+#endif
   expect_refused({"tl000 pl000 tv000 pv000.png"}, "png");
 }
 
@@ -1091,13 +1099,13 @@ TEST(KeptDatasets, PhotometricSets) {
 TEST(KeptDatasets, FitsOfTheCoin) {
   if (!fs::exists(data_folder() / "rti_coin_fits")) GTEST_SKIP() << "no " << data_folder();
   DatasetReadOptions options;
-  options.crop = Rectangle{128, 192, 128, 128};
+  options.crop = Rectangle{160, 224, 48, 48};
   const Result<Image> photo = read_image((data_folder() / "rti_coin_fits/coin10.jpg").string());
   ASSERT_TRUE(photo);
-  const Image truth = crop(*photo, 128, 192, 128, 128);
+  const Image truth = crop(*photo, 160, 224, 48, 48);
   // The photograph is the one of light 6; its PSNR tells the forms apart, and a wrong formula is far below.
   for (const auto& [name, least] :
-       {std::pair("ptm", 17.0), {"lptm", 16.0}, {"hsh", 20.0}, {"rbf27", 24.0}, {"bilinear18", 23.0}}) {
+       {std::pair("ptm", 20.5), {"lptm", 20.0}, {"hsh", 24.0}, {"rbf27", 26.0}, {"bilinear18", 25.5}}) {
     const Result<DatasetRead> set = read_kept(fmt::format("rti_coin_fits/{}", name).c_str(), options);
     ASSERT_TRUE(set) << set.error().message;
     EXPECT_EQ(set->dataset.info().lights.size(), 116u);

@@ -215,6 +215,7 @@ class Maker {
   // The colour models once more, one texel at a time in doubles.
   void to_linear(double* v) const {
     const double e = 1e-5;
+    if (channels() != 3 && r_.model != 5 && r_.model != 12) return;
     const auto yuv = [&](double y, double u, double w) {
       v[0] = y + 1.13983 * w;
       v[1] = y - 0.39465 * u - 0.5806 * w;
@@ -362,7 +363,7 @@ class Ubo2014Test : public testing::Test {
     const std::string path = folder_ + "/t.btf";
     std::filesystem::remove(path);  // truncating would wait for the disk
     std::FILE* file = std::fopen(path.c_str(), "wb");
-    std::fwrite(bytes.data(), 1, bytes.size(), file);
+    if (!bytes.empty()) std::fwrite(bytes.data(), 1, bytes.size(), file);
     std::fclose(file);
     return path;
   }
@@ -627,7 +628,7 @@ TEST_F(Ubo2014Test, RandomDamageNeverCrashes) {
   std::size_t refused = 0, tried = 0;
   for (const Recipe& r : small_recipes()) {
     const Bytes bytes = Maker(r).make().bytes;
-    for (int i = 0; i < 300; ++i, ++tried) {
+    for (int i = 0; i < 150; ++i, ++tried) {
       Bytes damaged = bytes;
       const std::size_t header = 260;  // names of setup and the like are no place for damage
       for (std::size_t n = 1 + random() % 3; n > 0; --n) {

@@ -400,8 +400,10 @@ class PartReader {
     exr_result_t result =
         exr_read_scanline_chunk_info(context, part, layout_.window.min.y + static_cast<int>(y), &chunk);
     if (result != EXR_ERR_SUCCESS) return result;
+    // OpenEXR 3.1 does not notice that a chunk without compression is too short.
+    const bool short_chunk = chunk.compression == EXR_COMPRESSION_NONE && chunk.packed_size < samples.size();
     if (chunk.height != static_cast<int>(count) || chunk.width != static_cast<int>(layout_.width()) ||
-        chunk.packed_size > file_.size()) {
+        chunk.unpacked_size != samples.size() || chunk.packed_size > file_.size() || short_chunk) {
       return EXR_ERR_CORRUPT_CHUNK;
     }
     result = first ? exr_decoding_initialize(context, part, &chunk, &pipeline)

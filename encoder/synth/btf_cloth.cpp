@@ -48,7 +48,7 @@ Surface weave(const Tile& tile) {
   const double warps = Tile::even_count(tile.width, kYarn), wefts = Tile::even_count(tile.height, kYarn);
   const double pitch_x = tile.width / warps, pitch_y = tile.height / wefts,
                pitch = std::min(pitch_x, pitch_y);
-  const double round_height = 0.30 * pitch, crimp = 0.17 * pitch;
+  const double round_height = 0.17 * pitch, crimp = 0.08 * pitch;
   return [=](double x, double y) {
     // Places in pitches, pulled a little out of the grid.
     const double px = x / pitch_x + 0.10 * tile.fractal(x, y, 2.3 * kYarn, 2, 100);
@@ -84,21 +84,22 @@ Surface weave(const Tile& tile) {
           twist(tile.noise, {along, out.across, period, 0.5 * thickness, static_cast<std::uint64_t>(id)}, 2,
                 warp ? 1.5 : -1.5, salt + 4);
       out.height = crimp * wave + round_height * (0.92 + 0.16 * out.draw[2]) * std::sqrt(round) +
-                   pitch * (0.035 * out.twist.ply + 0.040 * out.twist.fibre) * std::sqrt(round);
+                   pitch * (0.014 * out.twist.ply + 0.022 * out.twist.fibre) * std::sqrt(round);
       return out;
     };
     const Yarn warp = yarn(true), weft = yarn(false);
     const bool warp_on_top = warp.height > weft.height;
     const Yarn& top = warp_on_top ? warp : weft;
-    const double floor_height = -1.15 * crimp - 0.15 * pitch;
+    const double floor_height = -crimp - 0.08 * pitch;
     const double fine = tile.white(x, y, 160);
 
     SurfacePoint p;
-    p.height = std::max(top.height, floor_height) + 0.012 * pitch * fine;
+    p.height = std::max(top.height, floor_height) + 0.006 * pitch * fine;
     const Rgb indigo{0.075, 0.135, 0.27}, ecru{0.56, 0.475, 0.35};
-    const double tone = 0.84 + 0.32 * top.draw[1] + 0.12 * top.twist.tone + 0.20 * top.twist.fibre +
-                        0.10 * top.twist.ply + 0.06 * fine;
-    p.albedo = (warp_on_top ? indigo : ecru) * std::max(tone, 0.1);
+    const double tone = 0.84 + 0.32 * top.draw[1] + 0.14 * top.twist.tone + 0.34 * top.twist.fibre +
+                        0.13 * top.twist.ply + 0.10 * fine;
+    p.albedo = (warp_on_top ? indigo : ecru) *
+               (std::max(tone, 0.1) * (0.72 + 0.28 * std::sqrt(std::max(0.0, 1 - square(top.across)))));
     if (top.height < floor_height) p.albedo = Rgb{0.02, 0.02, 0.025};
     p.diffuse_roughness = 0.3;
     p.specular = warp_on_top ? 0.06 : 0.045;
@@ -116,7 +117,7 @@ Surface knit(const Tile& tile) {
   const double wales = Tile::count(tile.width, kWale), courses = Tile::count(tile.height, kCourse);
   const double wale = tile.width / wales, course = tile.height / courses,
                pitch = std::min(wale, 1.28 * course);
-  const double radius = 0.225 * wale, round_height = 0.20 * pitch, depth = 0.13 * pitch;
+  const double radius = 0.205 * wale, round_height = 0.12 * pitch, depth = 0.08 * pitch;
   // One stitch of a course as a curve: sinker loop at 0, legs at a quarter and three quarters, needle loop at
   // one half, narrow at the foot and wide at the head so that neighbouring courses interlock.
   struct Node {
@@ -126,7 +127,7 @@ Surface knit(const Tile& tile) {
   std::array<Node, kSegments + 1> loop{};
   for (std::size_t k = 0; k <= kSegments; ++k) {
     const double t = static_cast<double>(k) / kSegments;
-    loop[k] = {wale * (t + 0.17 * sine(4 * kPi * t)), 0.92 * course * cosine(2 * kPi * t),
+    loop[k] = {wale * (t + 0.19 * sine(4 * kPi * t)), 0.92 * course * cosine(2 * kPi * t),
                -depth * cosine(4 * kPi * t)};
   }
   return [=](double x, double y) {
@@ -170,7 +171,7 @@ Surface knit(const Tile& tile) {
     p.along = 0.40;
     p.across = 0.70;
     p.fuzz = 0.55;
-    const double floor_height = -depth - 0.12 * pitch;
+    const double floor_height = -depth - 0.06 * pitch;
     if (top.height < floor_height) {
       p.height = floor_height;
       p.albedo = {0.05, 0.015, 0.012};
@@ -180,13 +181,14 @@ Surface knit(const Tile& tile) {
         twist(tile.noise, {top.along, top.across, wales, 0.07, static_cast<std::uint64_t>(top.course)}, 9,
               1.1, 240);
     const double round = std::sqrt(std::max(0.0, 1 - square(top.across)));
-    p.height = top.height + pitch * (0.022 * yarn.ply + 0.030 * yarn.fibre) * round + 0.010 * pitch * fine;
+    p.height = top.height + pitch * (0.010 * yarn.ply + 0.015 * yarn.fibre) * round + 0.005 * pitch * fine;
     const double course_tone = tile.noise.draw(0, top.course, 250)[0];
-    const double tone = 0.80 + 0.14 * course_tone + 0.12 * top.stitch + 0.14 * yarn.tone + 0.20 * yarn.fibre +
-                        0.11 * yarn.ply + 0.05 * fine;
+    const double tone = 0.80 + 0.14 * course_tone + 0.12 * top.stitch + 0.14 * yarn.tone + 0.32 * yarn.fibre +
+                        0.15 * yarn.ply + 0.09 * fine;
     // Heather: some fibres are paler than the dye.
     const double pale = step(0.35, 0.75, yarn.fibre + 0.25 * fine);
-    p.albedo = mix(Rgb{0.46, 0.085, 0.055}, Rgb{0.56, 0.30, 0.22}, 0.6 * pale) * std::max(tone, 0.1);
+    p.albedo = mix(Rgb{0.46, 0.085, 0.055}, Rgb{0.56, 0.30, 0.22}, 0.6 * pale) *
+               (std::max(tone, 0.1) * (0.42 + 0.58 * round));
     p.grain_x = top.tangent_x * yarn.lean_along - top.tangent_y * yarn.lean_across;
     p.grain_y = top.tangent_y * yarn.lean_along + top.tangent_x * yarn.lean_across;
     return p;
@@ -196,7 +198,7 @@ Surface knit(const Tile& tile) {
 Surface corduroy(const Tile& tile) {
   constexpr double kRib = 16;
   const double ribs = Tile::count(tile.width, kRib), pitch = tile.width / ribs;
-  const double relief = 0.40 * pitch;
+  const double relief = 0.25 * pitch;
   return [=](double x, double y) {
     const double px = x / pitch + 0.035 * tile.fractal(x, y, 18, 3, 300);
     const double i = wrapped(std::floor(px), ribs), u = 2 * (px - std::floor(px)) - 1;
@@ -214,11 +216,11 @@ Surface corduroy(const Tile& tile) {
 
     SurfacePoint p;
     const double dome = rounded(inside, 0.95);
-    const double fuzz_height = pitch * (0.022 * hair + 0.030 * tuft + 0.026 * clump + 0.010 * fine);
+    const double fuzz_height = pitch * (0.012 * hair + 0.015 * tuft + 0.013 * clump + 0.006 * fine);
     // The ground weave in the groove.
     const double ground = pitch * 0.015 * cosine(2 * kPi * row * 2);
     p.height = relief * (0.90 + 0.14 * rib[1]) * dome + mix(ground, fuzz_height, pile);
-    const double tone = 0.84 + 0.16 * rib[2] + 0.16 * tuft + 0.15 * hair + 0.16 * clump + 0.07 * fine;
+    const double tone = 0.84 + 0.16 * rib[2] + 0.20 * tuft + 0.24 * hair + 0.20 * clump + 0.12 * fine;
     const Rgb ochre{0.43, 0.265, 0.105}, base{0.17, 0.095, 0.04};
     p.albedo = mix(base, ochre * std::max(tone, 0.1), pile);
     p.diffuse_roughness = 0.6;

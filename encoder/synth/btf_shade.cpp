@@ -7,6 +7,7 @@
 #include "encoder/synth/btf_shade.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace btfc::procedural {
@@ -87,11 +88,13 @@ void add_spot(const Spot& spot, const LightMaps& maps, const PairTerms& pairs, c
   // Fujii's A and B, times pi: 1 and 0 for Lambert.
   const float flat = 1 / (1 + (0.5f - 0.2122066f) * f.diffuse_roughness);
   const float retro = f.diffuse_roughness * flat;
-  const Vector &normal = spot.normal, &along = spot.along, &across = spot.across;
-  const float specular = f.specular, fuzz = f.fuzz;
+  const Vector normal = spot.normal, along = spot.along, across = spot.across;
+  // Towards grazing light a rough dielectric does not reach 1: what its facets hide of each other is lost.
+  const float specular = f.specular, edge = std::min(1.0f, 9 * specular) - specular, fuzz = f.fuzz;
   const float inverse_ax2 = 1 / ax2, inverse_ay2 = 1 / ay2;
   const float red = share * f.albedo[0], green = share * f.albedo[1], blue = share * f.albedo[2];
-  const auto& w = spot.corners.weight;
+  const float w0 = spot.corners.weight[0], w1 = spot.corners.weight[1];
+  const float w2 = spot.corners.weight[2], w3 = spot.corners.weight[3];
   const float *m0 = maps.at(spot.corners.at[0]), *m1 = maps.at(spot.corners.at[1]);
   const float *m2 = maps.at(spot.corners.at[2]), *m3 = maps.at(spot.corners.at[3]);
   const float *lx = pairs.x.data(), *ly = pairs.y.data(), *lz = pairs.z.data();
@@ -105,22 +108,23 @@ void add_spot(const Spot& spot, const LightMaps& maps, const PairTerms& pairs, c
     const float al = along.x * lx[l] + along.y * ly[l] + along.z * lz[l];
     const float bl = across.x * lx[l] + across.y * ly[l] + across.z * lz[l];
     const float nl = facing > 0 ? facing : 0;
-    const float seen = w[0] * m0[l] + w[1] * m1[l] + w[2] * m2[l] + w[3] * m3[l];
-    const auto bounced = [&](std::size_t c) {
-      const std::size_t i = (c + 1) * n + l;
-      return w[0] * m0[i] + w[1] * m1[i] + w[2] * m2[i] + w[3] * m3[i];
-    };
+    const float seen = w0 * m0[l] + w1 * m1[l] + w2 * m2[l] + w3 * m3[l];
+    const std::size_t l1 = l + n, l2 = l1 + n, l3 = l2 + n;
+    const float bounced_red = w0 * m0[l1] + w1 * m1[l1] + w2 * m2[l1] + w3 * m3[l1];
+    const float bounced_green = w0 * m0[l2] + w1 * m1[l2] + w2 * m2[l2] + w3 * m3[l2];
+    const float bounced_blue = w0 * m0[l3] + w1 * m1[l3] + w2 * m2[l3] + w3 * m3[l3];
     const float lit = seen * nl;
 
     const float s = view_dot[l] - nl * nv;
-    const float larger = nl > nv ? nl : nv;
-    const float diffuse = flat + retro * s / (s > 0 ? larger : 1.0f);
+    // s / max(nl, nv) where s is above 0, s itself below.
+    const float larger = nl > nv ? nl : nv, ahead = s > 0 ? s : 0;
+    const float diffuse = flat + retro * (ahead / larger + (s - ahead));
 
     const float hn = nl + nv, ha = al + av, hb = bl + bv, h2 = half2[l];
     const float q = ha * ha * inverse_ax2 + hb * hb * inverse_ay2 + hn * hn;
     // facing, not nl: above 0 also where the light is straight below.
     const float smith_light = std::sqrt(ax2 * al * al + ay2 * bl * bl + facing * facing);
-    const float mirror = spread * (h2 * h2) / (q * q) * (specular + (1 - specular) * fresnel[l]) * 0.5f /
+    const float mirror = spread * (h2 * h2) / (q * q) * (specular + edge * fresnel[l]) * 0.5f /
                          (nl * smith_view + nv * smith_light);
 
     const float sine2 = 1 - hn * hn / h2;
@@ -128,10 +132,34 @@ void add_spot(const Spot& spot, const LightMaps& maps, const PairTerms& pairs, c
 
     const float white = share * lit * mirror;
     const float dyed = lit * ((diffuse > 0 ? diffuse : 0) + sheen);
-    r[l] += red * (dyed + bounced(0)) + white;
-    g[l] += green * (dyed + bounced(1)) + white;
-    b[l] += blue * (dyed + bounced(2)) + white;
+    r[l] += red * (dyed + bounced_red) + white;
+    g[l] += green * (dyed + bounced_green) + white;
+    b[l] += blue * (dyed + bounced_blue) + white;
   }
+}
+
+// What a pixel of the camera gathers around a texel's middle: a tent, as of a lens and of the resampling of
+// the rectified picture. A slanted camera's pixel covers 1 / cos(theta) more along the view.
+struct Footprint {
+  struct Ray {
+    float x, y, weight;  // grid steps
+  };
+  std::array<Ray, 9> rays;
+};
+Footprint footprint(const GridDirection& view) {
+  constexpr float kSpacing = 0.6f * kReliefSteps;  // of the rays, straight from above
+  constexpr float kPixel = 0.45f;                  // side of a camera's pixel, texels
+  constexpr std::array<float, 3> kTent{0.25f, 0.5f, 0.25f};
+  const float stretch = std::max(kPixel / view.z, 1.0f) - 1;
+  const float flat2 = std::max(view.x * view.x + view.y * view.y, 1e-12f);
+  Footprint out{};
+  for (std::size_t k = 0; k < 9; ++k) {
+    const std::size_t i = k % 3, j = k / 3;
+    const float x = kSpacing * (static_cast<float>(i) - 1), y = kSpacing * (static_cast<float>(j) - 1);
+    const float more = stretch * (x * view.x + y * view.y) / flat2;
+    out.rays[k] = {x + more * view.x, y + more * view.y, kTent[i] * kTent[j]};
+  }
+  return out;
 }
 
 }  // namespace
@@ -141,15 +169,15 @@ void shade_texels(const Relief& relief, const LightMaps& maps, std::span<const G
                   std::span<float> values) {
   const PairTerms pairs = pair_terms(lights, view);
   std::fill(values.begin(), values.end(), 0.0f);
-  constexpr float kShare = 1.0f / (kReliefSteps * kReliefSteps);
+  const Footprint pixel = footprint(view);
   for (std::uint32_t t = 0; t < count; ++t) {
-    for (std::uint32_t j = 0; j < kReliefSteps; ++j) {
-      for (std::uint32_t i = 0; i < kReliefSteps; ++i) {
-        const auto column = static_cast<float>((x + t) * kReliefSteps + i);
-        const auto row = static_cast<float>(y * kReliefSteps + j);
-        const Spot spot = spot_at(relief, first_hit(relief, view, column, row));
-        add_spot(spot, maps, pairs, view, kShare, &values[std::size_t{t} * 3 * lights.size()]);
-      }
+    // The texel's middle: grid points stand at its quarters.
+    const float column = static_cast<float>((x + t) * kReliefSteps) + 0.5f * (kReliefSteps - 1);
+    const float row = static_cast<float>(y * kReliefSteps) + 0.5f * (kReliefSteps - 1);
+    float* texel = &values[std::size_t{t} * 3 * lights.size()];
+    for (const Footprint::Ray& ray : pixel.rays) {
+      const Spot spot = spot_at(relief, first_hit(relief, view, column + ray.x, row + ray.y));
+      add_spot(spot, maps, pairs, view, ray.weight, texel);
     }
   }
 }

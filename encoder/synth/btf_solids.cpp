@@ -60,8 +60,8 @@ Surface leather(const Tile& tile) {
     const double plump = rounded(large.border / scale, 2.6 + 1.0 * d[0]);
     const double pebble = rounded(small.border / scale, 1.3);
     SurfacePoint p;
-    p.height = scale * ((2.5 + 1.2 * d[1]) * plump + (0.55 + 0.35 * e[0]) * pebble + 1.1 * fold -
-                        1.7 * crease + 0.10 * fine);
+    p.height = scale * ((1.3 + 0.6 * d[1]) * plump + (0.26 + 0.18 * e[0]) * pebble + 0.6 * fold -
+                        0.9 * crease + 0.05 * fine);
     const double top = plump * (1 - 0.8 * crease);
     const double tone = 0.82 + 0.20 * d[2] + 0.16 * e[1] + 0.18 * fold + 0.10 * fine;
     p.albedo = mix(Rgb{0.050, 0.018, 0.010}, Rgb{0.27, 0.105, 0.045}, top) * std::max(tone, 0.1);
@@ -86,7 +86,7 @@ Surface plaster(const Tile& tile) {
     const double pit = step(0.46, 0.72, tile.smooth(x, y, 4.2, 4.2, 540));
     const double fine = tile.white(x, y, 550);
     SurfacePoint p;
-    p.height = scale * (2.3 * wave + 1.5 * edge + 1.9 * grit - 2.6 * pit + 0.14 * fine);
+    p.height = scale * (0.9 * wave + 0.55 * edge + 0.75 * grit - 1.0 * pit + 0.06 * fine);
     const double tone = 0.92 + 0.10 * wave + 0.16 * (d[1] - 0.5) + 0.05 * fine - 0.12 * pit;
     p.albedo = Rgb{0.66, 0.585, 0.47} * tone;
     if (d[2] < 0.10) p.albedo = mix(p.albedo, Rgb{0.27, 0.24, 0.20}, 0.7 * step(0, 0.8, sand.border / scale));
@@ -105,12 +105,11 @@ Surface brushed(const Tile& tile) {
     const double scratch = step(0.50, 0.85, tile.smooth(x, y, 30, 1.2, 640));
     const double dent = tile.fractal(x, y, 30, 2, 650);
     SurfacePoint p;
-    p.height = scale * (0.13 * long_streak + 0.11 * streak + 0.07 * nick - 0.40 * scratch + 0.9 * dent);
+    p.height = scale * (0.24 * long_streak + 0.22 * streak + 0.17 * nick - 0.50 * scratch + 0.36 * dent);
     p.albedo = Rgb{0.060, 0.058, 0.055} * (1 + 0.3 * streak);
-    p.specular = 0.72 * saturate(0.86 + 0.16 * long_streak + 0.14 * streak + 0.10 * nick - 0.35 * scratch);
-    p.along = 0.20;
-    p.across = 0.50 + 0.10 * long_streak;
-    p.across = std::clamp(p.across, 0.3, 0.8);
+    p.specular = 0.55 * saturate(0.74 + 0.26 * long_streak + 0.22 * streak + 0.18 * nick - 0.40 * scratch);
+    p.along = std::clamp(0.22 + 0.05 * streak, 0.12, 0.4);
+    p.across = std::clamp(0.52 + 0.16 * long_streak, 0.3, 0.8);
     return p;
   };
 }

@@ -18,10 +18,13 @@
 namespace btfc {
 namespace {
 
-constexpr std::size_t kSearchPairs = 64;    // whose errors choose the window
-constexpr std::size_t kSearchChannels = 8;  // of spectral sets
-constexpr std::uint32_t kPlaces = 48;       // places of a window, and sizes, looked at along each axis
-constexpr std::size_t kFinalists = 32;      // windows whose paths are computed
+constexpr std::size_t kSearchPairs = 64;  // whose errors choose the window, at most
+constexpr std::size_t kLeastSearchPairs = 16;
+constexpr std::size_t kFullSearchTexels = 1u << 17;  // larger sets are judged by fewer pairs
+constexpr std::uint32_t kSizes = 192;                // sides looked at along each axis
+constexpr std::size_t kSearchChannels = 8;           // of spectral sets
+constexpr std::uint32_t kPlaces = 48;                // places of a window looked at along each axis
+constexpr std::size_t kFinalists = 32;               // windows whose paths are computed
 
 struct Window {
   std::uint32_t x = 0, y = 0, width = 0, height = 0;
@@ -33,13 +36,16 @@ class Features {
   explicit Features(const Dataset& dataset) : width_(dataset.info().width), height_(dataset.info().height) {
     const DisplayCodes display(dataset.info());
     const std::size_t pairs = dataset.info().pairs.size(), channels = dataset.info().channels.size();
-    const std::size_t used = std::min(pairs, kSearchPairs), kept = std::min(channels, kSearchChannels);
+    const std::size_t texels = std::size_t{width_} * height_;
+    const std::size_t affordable =
+        std::clamp(kSearchPairs * kFullSearchTexels / texels, kLeastSearchPairs, kSearchPairs);
+    const std::size_t used = std::min(pairs, affordable), kept = std::min(channels, kSearchChannels);
     size_ = used * kept;
-    values_.resize(std::size_t{width_} * height_ * size_);
+    values_.resize(texels * size_);
     tbb::parallel_for(std::size_t{0}, used, [&](std::size_t n) {
       // The middles of equal parts of the list of pairs.
       const auto codes = display.image(dataset, (2 * n + 1) * pairs / (2 * used));
-      for (std::size_t q = 0; q < std::size_t{width_} * height_; ++q) {
+      for (std::size_t q = 0; q < texels; ++q) {
         for (std::size_t c = 0; c < kept; ++c) {
           // 8 bits are enough to choose by.
           values_[q * size_ + n * kept + c] =
@@ -288,8 +294,8 @@ Result<TileSet> find_tiles(const Dataset& dataset, const TileOptions& options) {
     widths = {w};
     heights = {h};
   } else {
-    widths = evenly(std::max(4u, width / 4), width - m, kPlaces);
-    heights = evenly(std::max(4u, height / 4), height - m, kPlaces);
+    widths = evenly(std::max(4u, width / 4), width - m, kSizes);
+    heights = evenly(std::max(4u, height / 4), height - m, kSizes);
   }
 
   const Features features(dataset);

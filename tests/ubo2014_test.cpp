@@ -42,8 +42,9 @@ struct Recipe {
   std::uint32_t dynamic_range = 0, height_map = 0;
   std::uint32_t scan_lines = 2;
   unsigned compression = 2;
-  bool holes = false;  // texels whose mask is 0
-  double range = 0.6;  // of the factors' scalars
+  bool holes = false;   // texels whose mask is 0
+  bool padded = false;  // the last chunk is as large as the others
+  double range = 0.6;   // of the factors' scalars
   std::uint64_t seed = 1;
 
   std::size_t pairs() const { return std::size_t{views} * lights; }
@@ -332,7 +333,8 @@ class Maker {
     for (std::size_t first = 0; first < stored.size(); first += chunk) {
       const std::size_t count = std::min(chunk, stored.size() - first);
       out_.mark("chunk");
-      out_.u32(static_cast<std::uint32_t>(count * r_.pairs() * channels() * 2));
+      const std::size_t texel_bytes = r_.pairs() * channels() * 2;
+      out_.u32(static_cast<std::uint32_t>((r_.padded ? chunk : count) * texel_bytes));
       for (std::size_t i = first; i < first + count; ++i) {
         for (std::size_t p = 0; p < r_.pairs(); ++p) {
           for (std::size_t c = 0; c < channels(); ++c) {
@@ -342,6 +344,7 @@ class Maker {
           }
         }
       }
+      if (r_.padded) out_.bytes.resize(out_.bytes.size() + (chunk - count) * texel_bytes);
     }
   }
 
@@ -431,6 +434,7 @@ TEST_F(Ubo2014Test, EveryBodyGivesItsValues) {
           r.model = channels.size() == 3 ? 11 : 12;
           r.dynamic_range = flag && r.signature == "!FMF12FCER" ? 1 : 0;
           r.compression = flag ? 2 : 0;
+          r.padded = flag;
           r.scan_lines = flag ? 3 : 1;
           const std::string what = fmt::format("{} {} channels, {} bytes, transposed {}", r.signature,
                                                channels.size(), scalar_bytes, flag);

@@ -11,7 +11,7 @@ enum class Status {
   ok,
   bad_argument,   // the caller's fault: an option or parameter out of range
   io,             // a file could not be read or written
-  invalid_file,   // a rule of the spec is broken
+  invalid_file,   // a rule of the spec is broken, or an input is not what its kind demands
   out_of_memory,  // an allocation failed
   limit,          // valid, but above a limit that the caller set
   unsupported,    // valid as far as known, but needs a newer or fuller reader
@@ -43,6 +43,7 @@ class [[nodiscard]] Result {
 struct Done {};  // Result<Done>: success without a value
 
 inline Error bad_argument(std::string message) { return {Status::bad_argument, std::move(message), "", 0}; }
+inline Error bad_data(std::string message) { return {Status::invalid_file, std::move(message), "", 0}; }
 inline Error io_error(std::string message) { return {Status::io, std::move(message), "", 0}; }
 inline Error invalid(const char* rule, std::uint64_t offset, std::string message) {
   return {Status::invalid_file, std::move(message), rule, offset};

@@ -9,6 +9,7 @@ import json
 import math
 import os
 import struct
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -699,6 +700,101 @@ def main():
     if args.full_height:
         HEIGHT = 65536
     unittest.main(argv=[sys.argv[0], *rest])
+
+
+class DatasetTest(CommandTest):
+    """A directory named as UBO2003: two views, three lights."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.set = cls.folder / "set"
+        cls.set.mkdir()
+        cls.names = []
+        for tv, pv in ((0, 0), (30, 90)):
+            for tl, pl in ((0, 0), (15, 0), (15, 60)):
+                name = f"{len(cls.names):05} tl{tl:03} pl{pl:03} tv{tv:03} pv{pv:03}.png"
+                cls.names.append(name)
+                files.write_png(str(cls.set / name), 24, 20, 3, 8, files.noise(24 * 20 * 3, 8, len(cls.names)))
+
+    def test_forms(self):
+        told = self.json("convert", self.set, "--json")
+        self.assertEqual([told[k] for k in ("kind", "width", "height", "channels", "views", "lights", "pairs")],
+                         ["ubo2003", 24, 20, 3, 2, 3, 6])
+        self.assertEqual(told["raw_bytes"], 24 * 20 * 3 * 6)
+        for out in ("again", "again.exr"):
+            self.ok("convert", self.set, "-o", self.path(out))
+            self.ok("compare", self.set, self.path(out))
+        self.ok("convert", self.set, "-o", self.path("sheet.png"), "--sheet", "4")
+        self.assertEqual(files.read_png(self.path("sheet.png"))[:2], (2 * 24 + 4, 2 * 20 + 4))
+
+    def test_crop_and_tile(self):
+        self.ok("convert", self.set, "--crop", "3,4,16,12", "-o", self.path("crop.exr"))
+        self.ok("compare", "--crop", "3,4,16,12", self.set, self.set)
+        self.assertEqual(self.json("convert", self.path("crop.exr"), "--json")["width"], 16)
+        told = self.json("convert", self.set, "--tile", "12x10", "-o", self.path("tile.exr"), "--json")
+        self.assertEqual((told["tile"]["width"], told["tile"]["height"], len(told["tile"]["seams"])), (12, 10, 1))
+        self.assertTrue(self.json("convert", self.path("tile.exr"), "--json")["wraps"])
+        self.ok("convert", self.set, "--tile", "8x8", "--tiles", "2", "-o", self.path("two"))
+        self.assertTrue(Path(self.path("two-1")).is_dir() and Path(self.path("two-2")).is_dir())
+
+    def test_compare(self):
+        other = self.folder / "other"
+        shutil.copytree(self.set, other)
+        files.write_png(str(other / self.names[4]), 24, 20, 3, 8, [0] * (24 * 20 * 3))
+        done = run("compare", self.set, other, "--json")
+        self.assertEqual(done.returncode, 7, done.stderr)
+        told = json.loads(done.stdout)
+        self.assertEqual([v["psnr_db"] is None for v in told["views"]], [True, False])
+        self.assertIsNone(told["theta_above_45"]["psnr_db"])
+        self.assertEqual(told["theta_to_45"]["pairs"], 6)
+        self.assertGreater(told["flip"], 0)
+        quick = json.loads(run("compare", self.set, other, "--measures", "psnr", "--json").stdout)
+        self.assertEqual((quick["psnr_db"], quick["flip"], quick["ssim"]), (told["psnr_db"], None, None))
+
+    def test_missing(self):
+        gap = self.folder / "gap"
+        shutil.copytree(self.set, gap)
+        (gap / self.names[3]).unlink()
+        self.fails(3, "convert", gap, says="missing")
+        done = run("convert", gap, "--missing", "skip", "--json")
+        self.assertEqual(done.returncode, 0)
+        self.assertIn("missing", done.stderr)
+        self.assertEqual((json.loads(done.stdout)["pairs"], json.loads(done.stdout)["full_product"]), (5, False))
+
+    def test_errors(self):
+        self.fails(1, "convert", says="INPUT")
+        self.fails(1, "convert", self.image, says="no data set")
+        self.fails(1, "convert", self.set, "--crop", "0,0,25,1", says="25")
+        self.fails(1, "convert", self.set, "--crop", "1,2,3", says="--crop")
+        self.fails(1, "convert", self.set, "--tile", "24x20", says="24x20")
+        self.fails(1, "convert", self.set, "--tile", "big", says="--tile")
+        self.fails(1, "convert", self.set, "--tiles", "2", says="--tile")
+        self.fails(2, "convert", self.set, "--scratch", "/nowhere", says="/nowhere")
+        self.fails(1, "compare", self.set, self.image, says="no data set")
+        self.fails(1, "compare", self.image, self.image, "--missing", "skip", says="data sets")
+        self.fails(1, "compare", self.image, self.image, "--measures", "beauty", says="beauty")
+        self.fails(1, "synth", "btf:wool", "-o", self.path("wool.exr"), says="knit")
+        self.fails(1, "synth", "btf:knit", "--type", "unorm16", "-o", self.path("knit.exr"))
+
+    def test_synth(self):
+        out = self.path("knit.exr")
+        told = self.json("synth", "btf:knit", "--size", "4x3", "-o", out, "--json")
+        self.assertEqual((told["views"], told["lights"]), (81, 81))
+        self.assertTrue(Path(told["height_map"]).exists() and Path(told["normal_map"]).exists())
+        read = self.json("convert", out, "--json")
+        self.assertEqual((read["pairs"], read["width"], read["height"], read["wraps"]), (6561, 4, 3, True))
+
+
+class TextureDistanceTest(CommandTest):
+    def test_statistics(self):
+        for name, seed in (("a", 1), ("b", 2)):
+            self.ok("synth", "grain", "--size", "96x64", "--seed", seed, "-o", self.path(f"{name}.png"))
+        told = self.json("compare", "--statistics", self.path("a.png"), self.path("b.png"), "--json")
+        for measure in ("marginal_distance", "power_spectrum_distance", "autocorrelation_distance", "stsim2"):
+            self.assertEqual(set(told["distances"][measure]), {"value", "ceiling"})
+        same = self.json("compare", "--statistics", self.path("a.png"), self.path("a.png"), "--json")
+        self.assertEqual((same["flip"], same["mae_lab"]), (0, 0))
 
 
 if __name__ == "__main__":

@@ -176,7 +176,7 @@ TEST(Joins, OfARecipeAndOfItsFileAreTheSame) {
   const Image image = material("bricks", 48, 48);
   for (const OptionValues& more :
        {OptionValues{{"blend", "liang"}}, {}, {{"tileable", ""}}, {{"trim-sample", ""}}}) {
-    OptionValues options = {{"k", "5x4"}, {"wb", "18"}, {"we", "5"}};
+    OptionValues options = {{"k", "5x4"}, {"wb", "18"}, {"we", "5"}, {"tries", "1"}};
     options.insert(more.begin(), more.end());
     const Bytes file = encode("patch", image, options);
     const Result<OpenedFile> opened = open_bytes(file);

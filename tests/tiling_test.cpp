@@ -57,15 +57,6 @@ TEST(Tiling, FindsThePeriod) {
   EXPECT_LT(set->seams[0].ratio(), 1.05);
 }
 
-TEST(Tiling, WrongSizeShows) {
-  const Dataset dataset = periodic(96);
-  const Result<TileSet> set = find_tiles(dataset, {.size = std::pair(50u, 49u)});
-  ASSERT_TRUE(set);
-  EXPECT_EQ(set->tiles[0].width, 50u);
-  EXPECT_EQ(set->tiles[0].height, 49u);
-  EXPECT_GT(set->seams[0].ratio(), find_tiles(dataset, {})->seams[0].ratio());
-}
-
 TEST(Tiling, SeamsBetterThanPlainRepeat) {
   // Blurred noise: no period at all.
   const Dataset dataset = dataset_of(80, 72, [](std::uint32_t x, std::uint32_t y, std::size_t pair) {

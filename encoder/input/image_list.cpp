@@ -36,9 +36,9 @@ Result<std::vector<std::uint32_t>> spectral_order(const ImageFile& file, const s
   std::sort(order.begin(), order.end(), [&](auto a, auto b) { return wavelengths[a] < wavelengths[b]; });
   for (std::size_t i = 1; i < order.size(); ++i) {
     if (wavelengths[order[i]] == wavelengths[order[i - 1]]) {
-      return bad_argument(fmt::format("'{}' has two channels of {} nm, '{}' and '{}'", path,
-                                      wavelengths[order[i]], file.channels[order[i - 1]],
-                                      file.channels[order[i]]));
+      return bad_data(fmt::format("'{}' has two channels of {} nm, '{}' and '{}'", path,
+                                  wavelengths[order[i]], file.channels[order[i - 1]],
+                                  file.channels[order[i]]));
     }
   }
   return order;
@@ -71,7 +71,7 @@ Result<Done> crop_to(ImageFile& file, const DatasetReadOptions& options, const s
 
 Result<Dataset> dataset_of_images(DatasetInfo info, std::span<const std::string> paths,
                                   const DatasetReadOptions& options, const ImageEdit& edit) {
-  if (paths.empty()) return bad_argument("a data set without images");
+  if (paths.empty()) return bad_data("a data set without images");
   const Result<ImageFile> first = read_image_file(paths[0], kMaxDatasetChannels);
   if (!first) return first.error();
   const Result<std::vector<std::uint32_t>> order = spectral_order(*first, paths[0]);
@@ -108,8 +108,8 @@ Result<Dataset> dataset_of_images(DatasetInfo info, std::span<const std::string>
     if (i > lowest_failed.load(std::memory_order_relaxed)) return;
     Result<ImageFile> image = read_image_file(paths[i], kMaxDatasetChannels);
     if (image && !alike(*image, *first)) {
-      image = bad_argument(fmt::format("'{}' has {}, and '{}' has {}; expected all images alike", paths[i],
-                                       shape_of(*image), paths[0], shape_of(*first)));
+      image = bad_data(fmt::format("'{}' has {}, and '{}' has {}; expected all images alike", paths[i],
+                                   shape_of(*image), paths[0], shape_of(*first)));
     }
     if (image) image = finished(std::move(*image), i);
     if (image) dataset->write_image(i, image->image.codes);

@@ -75,9 +75,9 @@ Result<Placement> place(std::vector<PlacedImage>& images) {
   });
   for (std::size_t i = 1; i < images.size(); ++i) {
     if (images[i - 1].view == images[i].view && images[i - 1].light == images[i].light) {
-      return bad_argument(fmt::format("'{}' and '{}' are both the image of {}, expected one a pair",
-                                      images[i - 1].path, images[i].path,
-                                      pair_text(images[i].view, images[i].light)));
+      return bad_data(fmt::format("'{}' and '{}' are both the image of {}, expected one a pair",
+                                  images[i - 1].path, images[i].path,
+                                  pair_text(images[i].view, images[i].light)));
     }
   }
   std::vector<GridDirection> views, lights;

@@ -16,14 +16,13 @@ constexpr std::size_t kMaxLights = 10000;
 
 Result<Done> check_count(const std::string& path, std::size_t count) {
   if (count >= 1 && count <= kMaxLights) return Done{};
-  return bad_argument(fmt::format("'{}' lists {} lights, expected 1 to {}", path, count, kMaxLights));
+  return bad_data(fmt::format("'{}' lists {} lights, expected 1 to {}", path, count, kMaxLights));
 }
 
 Result<Direction> direction_of_light(const std::string& path, std::size_t number, const Vector3& v) {
   const double length = std::hypot(v[0], v[1], v[2]);
   const auto wrong = [&](const char* what) {
-    return bad_argument(
-        fmt::format("'{}' light {} is ({}, {}, {}), {}", path, number, v[0], v[1], v[2], what));
+    return bad_data(fmt::format("'{}' light {} is ({}, {}, {}), {}", path, number, v[0], v[1], v[2], what));
   };
   if (!(length >= 1e-4) || !std::isfinite(length)) return wrong("expected a vector longer than 0.0001");
   if (v[2] < 0) return wrong("below the surface; expected z of 0 or more");
@@ -39,8 +38,8 @@ Result<Done> check_distinct(const std::string& path, const std::vector<Direction
       const double x = units[i][0] - units[j][0], y = units[i][1] - units[j][1],
                    z = units[i][2] - units[j][2];
       if (x * x + y * y + z * z < 1e-9 && same_direction(lights[i], lights[j])) {
-        return bad_argument(fmt::format("'{}' has the light {} twice, as light {} and {}", path,
-                                        to_text(lights[i]), j + 1, i + 1));
+        return bad_data(fmt::format("'{}' has the light {} twice, as light {} and {}", path,
+                                    to_text(lights[i]), j + 1, i + 1));
       }
     }
   }
@@ -107,9 +106,8 @@ Result<LightList> read_lp(const std::string& path) {
   const auto first = at < lines->size() ? words_of((*lines)[at]) : std::vector<std::string_view>();
   const std::optional<double> count = first.size() == 1 ? number_of(first[0]) : std::nullopt;
   if (!count || *count != std::floor(*count)) {
-    return bad_argument(
-        fmt::format("'{}' begins with '{}', expected the number of images", path,
-                    at < lines->size() ? (*lines)[at].substr(0, 40) : std::string("nothing")));
+    return bad_data(fmt::format("'{}' begins with '{}', expected the number of images", path,
+                                at < lines->size() ? (*lines)[at].substr(0, 40) : std::string("nothing")));
   }
   std::vector<Vector3> vectors;
   std::vector<std::string> names;
@@ -119,20 +117,20 @@ Result<LightList> read_lp(const std::string& path) {
     std::string name;
     Vector3 v{};
     if (!split_line((*lines)[at], name, v)) {
-      return bad_argument(fmt::format("'{}' line {} is '{}', expected a name and three numbers", path, at + 1,
-                                      (*lines)[at].substr(0, 80)));
+      return bad_data(fmt::format("'{}' line {} is '{}', expected a name and three numbers", path, at + 1,
+                                  (*lines)[at].substr(0, 80)));
     }
     unnamed += name.empty() ? 1 : 0;
     vectors.push_back(v);
     names.push_back(std::move(name));
   }
   if (static_cast<double>(vectors.size()) != *count) {
-    return bad_argument(fmt::format("'{}' says {} images and lists {}", path, *count, vectors.size()));
+    return bad_data(fmt::format("'{}' says {} images and lists {}", path, *count, vectors.size()));
   }
   if (const auto good = check_count(path, vectors.size()); !good) return good.error();
   if (unnamed > 0 && unnamed < names.size()) {
-    return bad_argument(fmt::format("'{}' names {} of its {} images, expected all or none", path,
-                                    names.size() - unnamed, names.size()));
+    return bad_data(fmt::format("'{}' names {} of its {} images, expected all or none", path,
+                                names.size() - unnamed, names.size()));
   }
   if (unnamed > 0) names.clear();
   return light_list(path, vectors, std::move(names));
@@ -144,13 +142,12 @@ Result<LightList> read_light_table(const std::string& path) {
   auto rows = number_rows(*lines);
   const bool counted = rows && rows->size() > 1 && (*rows)[0].size() == 1;
   if (counted && (*rows)[0][0] != static_cast<double>(rows->size() - 1)) {
-    return bad_argument(
-        fmt::format("'{}' says {} lights and lists {}", path, (*rows)[0][0], rows->size() - 1));
+    return bad_data(fmt::format("'{}' says {} lights and lists {}", path, (*rows)[0][0], rows->size() - 1));
   }
   if (counted) rows->erase(rows->begin());
   const std::vector<Vector3> vectors = rows ? vectors_of(*rows) : std::vector<Vector3>();
   if (vectors.empty()) {
-    return bad_argument(
+    return bad_data(
         fmt::format("'{}' is no table of lights, expected x y z a line or three lines of x, y and z", path));
   }
   if (const auto good = check_count(path, vectors.size()); !good) return good.error();
@@ -168,7 +165,7 @@ Result<std::vector<std::vector<double>>> read_light_intensities(const std::strin
            std::all_of(row.begin(), row.end(), [](double v) { return v > 0; });
   }
   if (!good) {
-    return bad_argument(
+    return bad_data(
         fmt::format("'{}' is no list of intensities, expected {} lines of numbers above 0", path, lights));
   }
   return *std::move(rows);

@@ -58,13 +58,13 @@ Result<Source> find_source(const std::string& path) {
   for (const std::string& file : *files) {
     if (!is_lp(file)) continue;
     if (!out.lights.empty()) {
-      return bad_argument(
+      return bad_data(
           fmt::format("'{}' and '{}' are both lists of lights, expected the path of one", out.lights, file));
     }
     out.lights = file;
   }
   if (out.lights.empty()) out.lights = light_table(path).value_or("");
-  if (out.lights.empty()) return bad_argument(fmt::format("'{}' has no file of lights", path));
+  if (out.lights.empty()) return bad_data(fmt::format("'{}' has no file of lights", path));
   return out;
 }
 
@@ -117,8 +117,8 @@ Matched match_names(const std::vector<std::string>& names, const Photographs& ph
 }
 
 Error no_match(const Source& source, const Photographs& photographs, std::size_t lights) {
-  return bad_argument(fmt::format("'{}' has {} lights and '{}' has {} images, expected as many",
-                                  source.lights, lights, source.directory, photographs.paths.size()));
+  return bad_data(fmt::format("'{}' has {} lights and '{}' has {} images, expected as many", source.lights,
+                              lights, source.directory, photographs.paths.size()));
 }
 
 // The images of the lights, and a note on how they were found.
@@ -136,8 +136,8 @@ Result<Matched> match(const Source& source, const LightList& list, const Photogr
   for (std::size_t i = 0; i < named.size(); ++i) {
     if (named[i].empty()) continue;
     if (const auto [at, fresh] = light_of.emplace(named[i], i); !fresh) {
-      return bad_argument(fmt::format("'{}' is the image of light {} and {} in '{}'", named[i],
-                                      at->second + 1, i + 1, source.lights));
+      return bad_data(fmt::format("'{}' is the image of light {} and {} in '{}'", named[i], at->second + 1,
+                                  i + 1, source.lights));
     }
   }
   if (missing == 0) return named;
@@ -145,7 +145,7 @@ Result<Matched> match(const Source& source, const LightList& list, const Photogr
       static_cast<std::size_t>(std::find(named.begin(), named.end(), std::string()) - named.begin());
   const std::string text = fmt::format("{} of {} images of '{}' are missing, the first: '{}' of light {}",
                                        missing, lights, source.lights, base_name(list.names[at]), at + 1);
-  if (!skip_missing) return bad_argument(text + fmt::format("; expected them in '{}'", source.directory));
+  if (!skip_missing) return bad_data(text + fmt::format("; expected them in '{}'", source.directory));
   notes.push_back(text);
   return named;
 }
@@ -161,8 +161,8 @@ Result<LightList> light_list_of(const Source& source) {
     if (!words_of(line).empty()) list->names.push_back(line.substr(0, line.find_last_not_of(" \t") + 1));
   }
   if (list->names.size() != list->directions.size()) {
-    return bad_argument(fmt::format("'{}' names {} images for the {} lights of '{}'", path,
-                                    list->names.size(), list->directions.size(), source.lights));
+    return bad_data(fmt::format("'{}' names {} images for the {} lights of '{}'", path, list->names.size(),
+                                list->directions.size(), source.lights));
   }
   return list;
 }
@@ -170,15 +170,14 @@ Result<LightList> light_list_of(const Source& source) {
 // Samples over the light's intensity in their channel, as halves.
 Result<Done> divide(const std::string& path, const std::vector<double>& intensities, Image& image) {
   if (intensities.size() != image.channels) {
-    return bad_argument(fmt::format("'{}' has {} channels, and its light has {} intensities", path,
-                                    image.channels, intensities.size()));
+    return bad_data(fmt::format("'{}' has {} channels, and its light has {} intensities", path,
+                                image.channels, intensities.size()));
   }
   for (std::size_t i = 0; i < image.codes.size(); ++i) {
     const double value = code_value(image.type, image.codes[i]) / intensities[i % image.channels];
     const std::uint32_t code = btfc_float_to_half(static_cast<float>(value));
     if ((code & 0x7c00u) == 0x7c00u) {
-      return bad_argument(
-          fmt::format("'{}' divided by its light's intensity is {}, beyond 65504", path, value));
+      return bad_data(fmt::format("'{}' divided by its light's intensity is {}, beyond 65504", path, value));
     }
     image.codes[i] = static_cast<std::uint16_t>(code);
   }

@@ -226,14 +226,14 @@ RelightWeights term_weights(const RelightFit& fit, const Weights& terms) {
 Result<RelightFit> parse_relight(const std::string& path, const std::string& json,
                                  const std::vector<std::uint8_t>& basis_file) {
   const Json root = Json::parse(json, nullptr, false);
-  if (!root.is_object()) return bad_argument(fmt::format("'{}' is no JSON object", path));
+  if (!root.is_object()) return bad_data(fmt::format("'{}' is no JSON object", path));
   Fields info(root, path);
   RelightFit fit;
   const std::string type = info.text("type"), colours = info.text("colorspace");
   fit.width = info.count("width", kMaxSide);
   fit.height = info.count("height", kMaxSide);
   if (info.find("format") != nullptr) fit.image_format = info.text("format");
-  if (!info.wrong().empty()) return bad_argument(info.wrong());
+  if (!info.wrong().empty()) return bad_data(info.wrong());
   const std::optional<RelightForm> form = form_of(type, colours);
   if (!form) {
     return unsupported(
@@ -258,7 +258,7 @@ Result<RelightFit> parse_relight(const std::string& path, const std::string& jso
   if (materials == nullptr || !materials->is_array() || materials->size() != 1) {
     info.fail("materials", "one material");
   }
-  if (!info.wrong().empty()) return bad_argument(info.wrong());
+  if (!info.wrong().empty()) return bad_data(info.wrong());
 
   Fields material((*materials)[0], path);
   fit.scale = material.numbers("scale", fit.planes);
@@ -271,7 +271,7 @@ Result<RelightFit> parse_relight(const std::string& path, const std::string& jso
     read_basis(info, basis_file, fit);
   }
   for (const Fields* fields : {&material, &info}) {
-    if (!fields->wrong().empty()) return bad_argument(fields->wrong());
+    if (!fields->wrong().empty()) return bad_data(fields->wrong());
   }
   return fit;
 }

@@ -57,9 +57,9 @@ Result<std::vector<Image>> read_planes(const std::string& directory, const Relig
     if (!image) return image.error();
     if (image->width != fit.width || image->height != fit.height || image->channels != 3 ||
         image->type != SampleType::unorm8) {
-      return bad_argument(fmt::format("'{}' has {}x{} texels of {} {} channels, expected {}x{} of 3 unorm8",
-                                      path, image->width, image->height, image->channels,
-                                      name_of(image->type), fit.width, fit.height));
+      return bad_data(fmt::format("'{}' has {}x{} texels of {} {} channels, expected {}x{} of 3 unorm8", path,
+                                  image->width, image->height, image->channels, name_of(image->type),
+                                  fit.width, fit.height));
     }
     if (options.crop) {
       image = crop(*image, options.crop->x, options.crop->y, options.crop->width, options.crop->height);

@@ -48,34 +48,34 @@ Result<GridDirection> direction_in(const Json& image, const std::string& key, co
   const std::string vector_key = key + "_vector";
   const auto angles = image.find(key), vector = image.find(vector_key);
   if ((angles == image.end()) == (vector == image.end())) {
-    return bad_argument(fmt::format("{} has {} of '{}' and '{}', expected one", where,
-                                    angles == image.end() ? "none" : "both", key, vector_key));
+    return bad_data(fmt::format("{} has {} of '{}' and '{}', expected one", where,
+                                angles == image.end() ? "none" : "both", key, vector_key));
   }
   if (angles != image.end()) {
     const auto numbers = finite_numbers(*angles, 2);
     const auto found = numbers && (*numbers)[0] >= 0 ? grid_direction((*numbers)[0], (*numbers)[1])
                                                      : std::optional<GridDirection>();
     if (found) return *found;
-    return bad_argument(
+    return bad_data(
         fmt::format("{} has a wrong '{}', expected [theta, phi] in degrees, theta 0 to 90", where, key));
   }
   const auto numbers = finite_numbers(*vector, 3);
   const auto found = numbers ? grid_direction(Vector3{(*numbers)[0], (*numbers)[1], (*numbers)[2]})
                              : std::optional<GridDirection>();
   if (found) return *found;
-  return bad_argument(fmt::format("{} has a wrong '{}', expected [x, y, z] longer than 0.0001, z not below 0",
-                                  where, vector_key));
+  return bad_data(fmt::format("{} has a wrong '{}', expected [x, y, z] longer than 0.0001, z not below 0",
+                              where, vector_key));
 }
 
 Result<PlacedImage> image_in(const Json& image, const std::filesystem::path& folder,
                              const std::string& where) {
-  if (!image.is_object()) return bad_argument(fmt::format("{} is no JSON object", where));
+  if (!image.is_object()) return bad_data(fmt::format("{} is no JSON object", where));
   if (const auto key = unknown_member(image, {"file", "view", "view_vector", "light", "light_vector"})) {
-    return bad_argument(fmt::format("{} has an unknown member '{}'", where, *key));
+    return bad_data(fmt::format("{} has an unknown member '{}'", where, *key));
   }
   const auto file = image.find("file");
   if (file == image.end() || !file->is_string() || file->get_ref<const std::string&>().empty()) {
-    return bad_argument(fmt::format("{} has no 'file', expected the path of an image", where));
+    return bad_data(fmt::format("{} has no 'file', expected the path of an image", where));
   }
   const Result<GridDirection> view = direction_in(image, "view", where);
   if (!view) return view.error();
@@ -91,7 +91,7 @@ Result<DatasetInfo> conventions_in(const Json& root, const std::string& path) {
     const auto space =
         at->is_string() ? colour_space_of(at->get_ref<const std::string&>()) : std::optional<ColourSpace>();
     if (!space) {
-      return bad_argument(
+      return bad_data(
           fmt::format("'{}' has a wrong 'colour_space', expected a name such as srgb_rec709_scene", path));
     }
     info.colour_space = *space;
@@ -101,7 +101,7 @@ Result<DatasetInfo> conventions_in(const Json& root, const std::string& path) {
         at->is_string() ? std::find(kQuantities.begin(), kQuantities.end(), at->get_ref<const std::string&>())
                         : kQuantities.end();
     if (found == kQuantities.end()) {
-      return bad_argument(fmt::format(
+      return bad_data(fmt::format(
           "'{}' has a wrong 'quantity', expected unspecified, reflectance, reflectance_cos, radiance or data",
           path));
     }
@@ -109,7 +109,7 @@ Result<DatasetInfo> conventions_in(const Json& root, const std::string& path) {
   }
   if (const auto at = root.find("wraps"); at != root.end()) {
     if (!at->is_boolean()) {
-      return bad_argument(fmt::format("'{}' has a wrong 'wraps', expected true or false", path));
+      return bad_data(fmt::format("'{}' has a wrong 'wraps', expected true or false", path));
     }
     info.wraps = at->get<bool>();
   }
@@ -127,15 +127,15 @@ Result<DatasetRead> read_stack(const std::string& path, const DatasetReadOptions
   const Result<Bytes> text = read_file(path);
   if (!text) return text.error();
   const Json root = Json::parse(text->begin(), text->end(), nullptr, false);
-  if (!root.is_object()) return bad_argument(fmt::format("'{}' is no JSON object", path));
+  if (!root.is_object()) return bad_data(fmt::format("'{}' is no JSON object", path));
   if (const auto key = unknown_member(root, {"images", "colour_space", "quantity", "wraps"})) {
-    return bad_argument(fmt::format("'{}' has an unknown member '{}'", path, *key));
+    return bad_data(fmt::format("'{}' has an unknown member '{}'", path, *key));
   }
   Result<DatasetInfo> info = conventions_in(root, path);
   if (!info) return info.error();
   const auto listed = root.find("images");
   if (listed == root.end() || !listed->is_array() || listed->empty()) {
-    return bad_argument(fmt::format("'{}' has no 'images', expected an array of at least one", path));
+    return bad_data(fmt::format("'{}' has no 'images', expected an array of at least one", path));
   }
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   std::vector<PlacedImage> images;

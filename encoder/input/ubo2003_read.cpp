@@ -44,14 +44,14 @@ Result<Listing> list_images(const std::string& path) {
     const auto view = grid_direction(angles->view_theta, angles->view_phi);
     const auto light = grid_direction(angles->light_theta, angles->light_phi);
     if (!view || !light) {
-      return bad_argument(
+      return bad_data(
           fmt::format("the name of '{}' has theta {} for the view and {} for the light, expected -90 to 90",
                       file, angles->view_theta, angles->light_theta));
     }
     out.images.push_back({file, *view, *light});
   }
   if (out.images.empty()) {
-    return bad_argument(
+    return bad_data(
         fmt::format("'{}' has no image whose name says tl, pl, tv and pv, expected names as "
                     "'00001 tl015 pl060 tv030 pv000.jpg'",
                     path));
@@ -73,13 +73,13 @@ Result<Shifts> shifts_of(const std::string& path) {
   for (const std::vector<double>& row : *rows) {
     const auto nominal = grid_direction(row[1], row[2]), shifted = grid_direction(row[3], row[4]);
     if (!nominal || !shifted) {
-      return bad_argument(
+      return bad_data(
           fmt::format("'{}' row {} has theta {} and {}, expected -90 to 90", path, row[0], row[1], row[3]));
     }
     if (const auto [at, fresh] = shifts.emplace(*nominal, *shifted); !fresh && at->second != *shifted) {
-      return bad_argument(fmt::format("'{}' shifts the light {} twice, to {} and {}", path,
-                                      to_text(direction_of(*nominal)), to_text(direction_of(at->second)),
-                                      to_text(direction_of(*shifted))));
+      return bad_data(fmt::format("'{}' shifts the light {} twice, to {} and {}", path,
+                                  to_text(direction_of(*nominal)), to_text(direction_of(at->second)),
+                                  to_text(direction_of(*shifted))));
     }
   }
   return shifts;
@@ -94,7 +94,7 @@ Result<std::size_t> shift_lights(const std::vector<std::string>& texts, std::vec
     if (!found) return found.error();
     if (found->empty()) continue;
     if (!from.empty()) {
-      return bad_argument(
+      return bad_data(
           fmt::format("'{}' and '{}' are both lists of shifted lights, expected one", from, text));
     }
     from = text;
@@ -125,9 +125,8 @@ Result<Done> to_rec709(const std::string& path, Image& image) {
       const double value = row[0] * xyz[0] + row[1] * xyz[1] + row[2] * xyz[2];
       const std::uint32_t code = btfc_float_to_half(static_cast<float>(value));
       if ((code & 0x7c00u) == 0x7c00u) {
-        return bad_argument(
-            fmt::format("'{}' has the colour XYZ ({}, {}, {}) at ({}, {}), beyond 65504 in RGB", path, xyz[0],
-                        xyz[1], xyz[2], t / 3 % image.width, t / 3 / image.width));
+        return bad_data(fmt::format("'{}' has the colour XYZ ({}, {}, {}) at ({}, {}), beyond 65504 in RGB",
+                                    path, xyz[0], xyz[1], xyz[2], t / 3 % image.width, t / 3 / image.width));
       }
       image.codes[t + c] = static_cast<std::uint16_t>(code);
     }
@@ -169,7 +168,7 @@ Result<DatasetRead> read_ubo2003(const std::string& path, const DatasetReadOptio
     const std::string text =
         fmt::format("{} of {} images are missing in '{}', the first: {}", placement->missing,
                     placement->views.size() * placement->lights.size(), path, placement->first_missing);
-    if (!options.skip_missing) return bad_argument(text + "; expected every light for every view");
+    if (!options.skip_missing) return bad_data(text + "; expected every light for every view");
     notes.push_back(text);
   }
   const Result<std::size_t> moved = shift_lights(listing->texts, images);

@@ -79,7 +79,10 @@ HWY_INLINE void select_run(std::uint8_t* out_bytes, const std::uint8_t* above_by
   (void)room;
   (void)readable;
   const auto row = static_cast<Limit>(v);
-  for (std::size_t s = 0; s < samples; ++s) out[s] = limits[s] > row ? above[s] : here[s];
+  for (std::size_t s = 0; s < samples; ++s) {  // the caller's rows may lie at odd addresses
+    const Sample* from = limits[s] > row ? above + s : here + s;
+    std::memcpy(out_bytes + s * sizeof(Sample), from, sizeof(Sample));
+  }
 }
 
 // Entries 0 … count-1 of a cut of `bits` bits each, as patch_cut without its branches. out has kSlack bytes

@@ -292,8 +292,9 @@ class Synthesis {
                 std::uint32_t count) {
     for (std::size_t m = 0; m < samples_.size(); ++m) {
       const std::size_t channels = samples_[m].channels;
-      std::copy_n(&samples_[m].codes[samples_[m].index(sample_x, sample_y, 0)], count * channels,
-                  &strip_.maps[m][(std::size_t{v} * width_ + x) * channels]);
+      // Pointers, not elements: of an empty run both may lie behind the end.
+      std::copy_n(samples_[m].codes.data() + samples_[m].index(sample_x, sample_y, 0), count * channels,
+                  strip_.maps[m].data() + (std::size_t{v} * width_ + x) * channels);
     }
   }
 

@@ -51,13 +51,13 @@ template <class Sample, class Limit>
 HWY_INLINE void select_run(std::uint8_t* out_bytes, const std::uint8_t* above_bytes,
                            const std::uint8_t* here_bytes, const Limit* limits, std::uint32_t v,
                            std::size_t samples, std::size_t most, std::size_t room, std::size_t readable) {
-  auto* out = reinterpret_cast<Sample*>(out_bytes);
   const auto* above = reinterpret_cast<const Sample*>(above_bytes);
   const auto* here = reinterpret_cast<const Sample*>(here_bytes);
 #if HWY_TARGET != HWY_SCALAR
   if constexpr (sizeof(Limit) <= sizeof(Sample)) {
     const hn::ScalableTag<Sample> d;
     if (std::min(room, readable) >= (most + hn::Lanes(d)) * sizeof(Sample)) {
+      auto* out = reinterpret_cast<Sample*>(out_bytes);
       const hn::Rebind<Limit, decltype(d)> d_limit;
       const auto row = hn::Set(d, static_cast<Sample>(v));
       for (std::size_t s = 0; s < most; s += hn::Lanes(d)) {

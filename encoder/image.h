@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "format/head.h"
@@ -31,6 +32,9 @@ struct Image {
 
 // The value of a code: c / 255, c / 65535, or the half.
 float code_value(SampleType type, std::uint16_t code);
+
+// The binary16 code nearest to a value, ties to even; none for NaN and what rounds beyond +-65504.
+std::optional<std::uint16_t> finite_half(float value);
 
 // The texels [x, x + width) x [y, y + height), which must lie inside.
 Image crop(const Image& image, std::uint32_t x, std::uint32_t y, std::uint32_t width, std::uint32_t height);

@@ -18,6 +18,14 @@ constexpr std::array kSampleTypeNames = {"unorm8", "unorm16", "float16"};
 constexpr std::array kColourSpaceNames = {"unknown",       "srgb_rec709_scene", "lin_rec709_scene",
                                           "lin_ap0_scene", "lin_ap1_scene",     "lin_ciexyzd65_scene",
                                           "data"};
+constexpr std::array kQuantityNames = {"unspecified", "reflectance", "reflectance_cos", "radiance", "data"};
+
+// The number of a name in its list.
+template <class Enum, std::size_t kCount>
+std::optional<Enum> find_name(const std::array<const char*, kCount>& names, std::string_view name) {
+  const auto* const found = std::find(names.begin(), names.end(), name);
+  return found == names.end() ? std::nullopt : std::optional(static_cast<Enum>(found - names.begin()));
+}
 
 // A field whose values are 0 … last; the first fault of a HEAD is kept.
 struct EnumReader {
@@ -59,11 +67,14 @@ Result<Map> read_map(ByteView entry, std::size_t number) {
 
 const char* name_of(SampleType type) { return kSampleTypeNames[static_cast<std::size_t>(type)]; }
 const char* name_of(ColourSpace space) { return kColourSpaceNames[static_cast<std::size_t>(space)]; }
+const char* name_of(Quantity quantity) { return kQuantityNames[static_cast<std::size_t>(quantity)]; }
 
 std::optional<ColourSpace> colour_space_of(std::string_view name) {
-  const auto* const found = std::find(kColourSpaceNames.begin(), kColourSpaceNames.end(), name);
-  if (found == kColourSpaceNames.end()) return std::nullopt;
-  return static_cast<ColourSpace>(found - kColourSpaceNames.begin());
+  return find_name<ColourSpace>(kColourSpaceNames, name);
+}
+
+std::optional<Quantity> quantity_of(std::string_view name) {
+  return find_name<Quantity>(kQuantityNames, name);
 }
 
 std::uint32_t Head::channels() const {
@@ -145,7 +156,7 @@ Result<Head> read_head(ByteView raw) {
   head.wrap_u = static_cast<Wrap>(field(26, 1, "wrap_u"));
   head.wrap_v = static_cast<Wrap>(field(27, 1, "wrap_v"));
   head.unbounded = field(28, 1, "unbounded") != 0;
-  head.quantity = static_cast<Quantity>(field(29, 4, "quantity"));
+  head.quantity = static_cast<Quantity>(field(29, kQuantityNames.size() - 1, "quantity"));
   head.value_transform = static_cast<ValueTransform>(field(30, 2, "value_transform"));
   field(31, 0, "reserved");
   if (!field.fault.empty()) return invalid("H5", 0, field.fault);

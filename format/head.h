@@ -42,7 +42,9 @@ enum class Wrap : std::uint8_t { clamp, repeat };
 constexpr std::uint32_t sample_bits(SampleType type) { return type == SampleType::unorm8 ? 8 : 16; }
 const char* name_of(SampleType type);
 const char* name_of(ColourSpace space);
+const char* name_of(Quantity quantity);
 std::optional<ColourSpace> colour_space_of(std::string_view name);
+std::optional<Quantity> quantity_of(std::string_view name);
 
 // A named image of one to four channels.
 struct Map {

@@ -12,8 +12,7 @@ namespace {
 constexpr std::uint32_t kLargest = 256, kGap = 4;
 
 // Means of factor x factor texels as 8-bit RGB; the first channel where there are not three.
-Image small_picture(const Image& image, std::uint32_t factor) {
-  const std::vector<float> display = display_table(image);
+Image small_picture(const Image& image, const std::vector<float>& display, std::uint32_t factor) {
   Image out;
   out.width = std::max(1u, image.width / factor);
   out.height = std::max(1u, image.height / factor);
@@ -45,9 +44,10 @@ Image contact_sheet(const Dataset& dataset, std::size_t most, std::uint32_t repe
   const std::uint32_t factor = (side + kLargest * repeats - 1) / (kLargest * repeats);
   const auto columns = static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(count))));
   const auto rows = static_cast<std::uint32_t>((count + columns - 1) / columns);
+  const std::vector<float> display = display_table(dataset.info().type, dataset.info().colour_space);
   Image sheet;
   for (std::size_t n = 0; n < count; ++n) {
-    const Image one = small_picture(dataset.image((2 * n + 1) * pairs / (2 * count)), factor);
+    const Image one = small_picture(dataset.image((2 * n + 1) * pairs / (2 * count)), display, factor);
     const std::uint32_t cell_x = one.width * repeats + kGap, cell_y = one.height * repeats + kGap;
     if (n == 0) {
       sheet.width = columns * cell_x - kGap;

@@ -10,12 +10,6 @@
 namespace btfc {
 namespace {
 
-const char* name_of(Quantity quantity) {
-  static constexpr const char* kNames[] = {"unspecified", "reflectance", "reflectance_cos", "radiance",
-                                           "data"};
-  return kNames[static_cast<std::size_t>(quantity)];
-}
-
 std::string channel_list(const DatasetInfo& info) {
   std::string text;
   for (const std::string& name : info.channels) text += (text.empty() ? "" : ",") + name;
@@ -71,8 +65,8 @@ Json dataset_json(const DatasetRead& read) {
           {"height", info.height},
           {"channels", info.channels.size()},
           {"channel_names", info.channels},
-          {"sample_type", btfc::name_of(info.type)},
-          {"colour_space", btfc::name_of(info.colour_space)},
+          {"sample_type", name_of(info.type)},
+          {"colour_space", name_of(info.colour_space)},
           {"quantity", name_of(info.quantity)},
           {"wraps", info.wraps},
           {"views", info.views.size()},
@@ -87,9 +81,9 @@ Json dataset_json(const DatasetRead& read) {
 std::string dataset_text(const DatasetRead& read) {
   const DatasetInfo& info = read.dataset.info();
   return fmt::format("{}: {}x{} texels, {} {} channels ({}), {} views, {} lights, {} pairs{}, {}, {}{}",
-                     read.kind, info.width, info.height, info.channels.size(), btfc::name_of(info.type),
+                     read.kind, info.width, info.height, info.channels.size(), name_of(info.type),
                      channel_list(info), info.views.size(), info.lights.size(), info.pairs.size(),
-                     info.full_product() ? "" : " (not all)", btfc::name_of(info.colour_space),
+                     info.full_product() ? "" : " (not all)", name_of(info.colour_space),
                      name_of(info.quantity), info.wraps ? ", repeats" : "");
 }
 

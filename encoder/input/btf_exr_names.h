@@ -1,8 +1,6 @@
 // Names in BTF files of OpenEXR parts (spec/interchange.md), for reader and writer.
 #pragma once
 
-#include <array>
-
 namespace btfc {
 
 inline constexpr int kBtfExrVersion = 1;
@@ -18,9 +16,5 @@ inline constexpr const char* kBtfExrChannels = "btfc:channels";
 inline constexpr const char* kBtfExrView = "btfc:view";
 inline constexpr const char* kBtfExrLight = "btfc:light";
 inline constexpr const char* kBtfExrPair = "btfc:pair";
-
-// By the numbers of Quantity.
-inline constexpr std::array kBtfExrQuantityNames = {"unspecified", "reflectance", "reflectance_cos",
-                                                    "radiance", "data"};
 
 }  // namespace btfc

@@ -210,12 +210,12 @@ Result<DatasetInfo> info_of(const OpenExr& file, const Layout& layout) {
   if (info.type == SampleType::unorm16 && layout.type != EXR_PIXEL_FLOAT) {
     return wrong(kBtfExrSampleType, type, "float channels for it");
   }
-  const std::string quantity = first.text(kBtfExrQuantity).value_or(kBtfExrQuantityNames[0]);
-  const auto* const found = std::find(kBtfExrQuantityNames.begin(), kBtfExrQuantityNames.end(), quantity);
-  if (found == kBtfExrQuantityNames.end()) {
+  const std::string quantity = first.text(kBtfExrQuantity).value_or(name_of(Quantity::unspecified));
+  const std::optional<Quantity> found = quantity_of(quantity);
+  if (!found) {
     return wrong(kBtfExrQuantity, quantity, "unspecified, reflectance, reflectance_cos, radiance or data");
   }
-  info.quantity = static_cast<Quantity>(found - kBtfExrQuantityNames.begin());
+  info.quantity = *found;
   const std::string space = first.text(kBtfExrColourSpace).value_or(name_of(ColourSpace::unknown));
   const std::optional<ColourSpace> known = colour_space_of(space);
   if (!known) return wrong(kBtfExrColourSpace, space, "a colour space of the format");
@@ -335,11 +335,7 @@ Result<std::vector<int>> read_pairs(const OpenExr& file, int parts, const Layout
 
 // A sample's code, or none where it has no such.
 std::optional<std::uint16_t> code_of(SampleType type, float value) {
-  if (type == SampleType::float16) {
-    const std::uint32_t code = std::isnan(value) ? 0x7e00u : btfc_float_to_half(value);
-    if ((code & 0x7c00u) == 0x7c00u) return std::nullopt;
-    return static_cast<std::uint16_t>(code);
-  }
+  if (type == SampleType::float16) return finite_half(value);
   // Half rounds the highest 8-bit codes by up to 0.06 of one.
   const double scaled = static_cast<double>(value) * (type == SampleType::unorm8 ? 255 : 65535);
   const double code = std::nearbyint(scaled);

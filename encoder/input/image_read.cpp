@@ -5,26 +5,16 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
+#include "encoder/colour_primaries.h"
 #include "encoder/image_file.h"
 #include "encoder/input/radiance_read.h"
 #include "encoder/output/atomic_file.h"
 #include "format/limits.h"
-#include "shaders/btfc_half.h"
 
 namespace btfc {
 namespace {
-
-// ACES AP0, ACES AP1, Rec. 709: red, green, blue, white, as EXR's chromaticities attribute lists them.
-struct Primaries {
-  ColourSpace space;
-  float xy[8];
-};
-constexpr Primaries kPrimaries[] = {
-    {ColourSpace::lin_ap0_scene, {0.7347f, 0.2653f, 0.0f, 1.0f, 0.0001f, -0.077f, 0.32168f, 0.33767f}},
-    {ColourSpace::lin_ap1_scene, {0.713f, 0.293f, 0.165f, 0.83f, 0.128f, 0.044f, 0.32168f, 0.33767f}},
-    {ColourSpace::lin_rec709_scene, {0.64f, 0.33f, 0.3f, 0.6f, 0.15f, 0.06f, 0.3127f, 0.329f}},
-};
 
 // What the file itself states; nothing is guessed from a missing attribute.
 ColourSpace colour_space_of_file(const OIIO::ImageSpec& spec, SampleType type) {
@@ -38,7 +28,7 @@ ColourSpace colour_space_of_file(const OIIO::ImageSpec& spec, SampleType type) {
   const auto* xy = static_cast<const float*>(found->data());
   for (const Primaries& known : kPrimaries) {
     bool same = true;
-    for (int i = 0; i < 8; ++i) same = same && std::fabs(xy[i] - known.xy[i]) < 0.001f;
+    for (std::size_t i = 0; i < 8; ++i) same = same && std::fabs(xy[i] - known.xy[i]) < 0.001f;
     if (same) return known.space;
   }
   return ColourSpace::unknown;
@@ -54,18 +44,16 @@ Result<Done> to_half_codes(const std::string& path, const std::vector<float>& va
   std::size_t bad = 0, first = 0;
   image.codes.resize(values.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const std::uint32_t code = std::isnan(values[i]) ? 0x7e00u : btfc_float_to_half(values[i]);
-    if ((code & 0x7c00u) == 0x7c00u && bad++ == 0) first = i;
-    image.codes[i] = static_cast<std::uint16_t>(code);
+    const std::optional<std::uint16_t> code = finite_half(values[i]);
+    if (!code && bad++ == 0) first = i;
+    image.codes[i] = code.value_or(0);
   }
   if (bad == 0) return Done{};
   const std::size_t texel = first / image.channels;
-  return Error{
-      Status::invalid_file,
-      fmt::format("'{}' has {} samples that are not finite or beyond 65504, the first is {} at ({}, {}) "
-                  "channel {}; expected finite half floats",
-                  path, bad, values[first], texel % image.width, texel / image.width, first % image.channels),
-      "", 0};
+  return bad_data(fmt::format(
+      "'{}' has {} samples that are not finite or beyond 65504, the first is {} at ({}, {}) "
+      "channel {}; expected finite half floats",
+      path, bad, values[first], texel % image.width, texel / image.width, first % image.channels));
 }
 
 // Whether a JPEG's scans run to its end marker. libjpeg fills what is missing with grey and only warns, which

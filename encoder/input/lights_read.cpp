@@ -13,7 +13,6 @@
 #include "encoder/input/image_list.h"
 #include "encoder/input/lights_file.h"
 #include "encoder/input/text_numbers.h"
-#include "shaders/btfc_half.h"
 
 namespace btfc {
 namespace {
@@ -175,11 +174,11 @@ Result<Done> divide(const std::string& path, const std::vector<double>& intensit
   }
   for (std::size_t i = 0; i < image.codes.size(); ++i) {
     const double value = code_value(image.type, image.codes[i]) / intensities[i % image.channels];
-    const std::uint32_t code = btfc_float_to_half(static_cast<float>(value));
-    if ((code & 0x7c00u) == 0x7c00u) {
+    const std::optional<std::uint16_t> code = finite_half(static_cast<float>(value));
+    if (!code) {
       return bad_data(fmt::format("'{}' divided by its light's intensity is {}, beyond 65504", path, value));
     }
-    image.codes[i] = static_cast<std::uint16_t>(code);
+    image.codes[i] = *code;
   }
   image.type = SampleType::float16;
   image.colour_space = ColourSpace::lin_rec709_scene;

@@ -29,7 +29,7 @@ struct Raster {
 };
 
 Error damaged(const std::string& path, const std::string& what) {
-  return Error{Status::invalid_file, fmt::format("the Radiance picture '{}' {}", path, what), "", 0};
+  return bad_data(fmt::format("the Radiance picture '{}' {}", path, what));
 }
 
 // "-Y 256": the sign, the axis and the count.

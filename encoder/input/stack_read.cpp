@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <initializer_list>
@@ -21,9 +20,6 @@ namespace btfc {
 namespace {
 
 using Json = nlohmann::json;
-
-constexpr std::array<std::string_view, 5> kQuantities = {"unspecified", "reflectance", "reflectance_cos",
-                                                         "radiance", "data"};
 
 // The first member that is not among the known ones.
 std::optional<std::string> unknown_member(const Json& object, std::initializer_list<std::string_view> known) {
@@ -97,15 +93,14 @@ Result<DatasetInfo> conventions_in(const Json& root, const std::string& path) {
     info.colour_space = *space;
   }
   if (const auto at = root.find("quantity"); at != root.end()) {
-    const auto* const found =
-        at->is_string() ? std::find(kQuantities.begin(), kQuantities.end(), at->get_ref<const std::string&>())
-                        : kQuantities.end();
-    if (found == kQuantities.end()) {
+    const auto quantity =
+        at->is_string() ? quantity_of(at->get_ref<const std::string&>()) : std::optional<Quantity>();
+    if (!quantity) {
       return bad_data(fmt::format(
           "'{}' has a wrong 'quantity', expected unspecified, reflectance, reflectance_cos, radiance or data",
           path));
     }
-    info.quantity = static_cast<Quantity>(found - kQuantities.begin());
+    info.quantity = *quantity;
   }
   if (const auto at = root.find("wraps"); at != root.end()) {
     if (!at->is_boolean()) {

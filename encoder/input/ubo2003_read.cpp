@@ -13,7 +13,6 @@
 #include "encoder/input/text_numbers.h"
 #include "encoder/input/ubo2003_name.h"
 #include "encoder/input/wavelengths.h"
-#include "shaders/btfc_half.h"
 
 namespace btfc {
 namespace {
@@ -123,12 +122,12 @@ Result<Done> to_rec709(const std::string& path, Image& image) {
     for (std::size_t c = 0; c < 3; ++c) {
       const auto& row = kRec709OfXyz[c];
       const double value = row[0] * xyz[0] + row[1] * xyz[1] + row[2] * xyz[2];
-      const std::uint32_t code = btfc_float_to_half(static_cast<float>(value));
-      if ((code & 0x7c00u) == 0x7c00u) {
+      const std::optional<std::uint16_t> code = finite_half(static_cast<float>(value));
+      if (!code) {
         return bad_data(fmt::format("'{}' has the colour XYZ ({}, {}, {}) at ({}, {}), beyond 65504 in RGB",
                                     path, xyz[0], xyz[1], xyz[2], t / 3 % image.width, t / 3 / image.width));
       }
-      image.codes[t + c] = static_cast<std::uint16_t>(code);
+      image.codes[t + c] = *code;
     }
   }
   image.colour_space = ColourSpace::lin_rec709_scene;

@@ -130,7 +130,7 @@ Result<Done> gather_ubo2014_bdi(const Ubo2014File& file, const Ubo2014Header& he
         failure = std::move(fault);
       }
     });
-    if (!failure.empty()) return invalid("", 0, fmt::format("'{}': {}", file.path(), failure));
+    if (!failure.empty()) return bad_data(fmt::format("'{}': {}", file.path(), failure));
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
       dataset.write_image(first + i, std::span<const std::uint16_t>(images + i * samples, samples));
       const std::lock_guard<std::mutex> hold(lock);

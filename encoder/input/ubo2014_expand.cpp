@@ -229,7 +229,7 @@ Result<std::uint64_t> expand_ubo2014(const Ubo2014File& file, const Ubo2014Heade
     }
     if (options.progress) options.progress(done, header.pairs());
   });
-  if (!failure.empty()) return invalid("", 0, fmt::format("'{}': {}", file.path(), failure));
+  if (!failure.empty()) return bad_data(fmt::format("'{}': {}", file.path(), failure));
   return negatives;
 }
 

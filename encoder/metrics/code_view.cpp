@@ -30,10 +30,7 @@ ColourMeaning colour_meaning(const DatasetInfo& info) {
 }
 
 CodeTables code_tables(SampleType type, ColourSpace colour_space) {
-  Image image;
-  image.type = type;
-  image.colour_space = colour_space;
-  CodeTables tables{display_table(image), {}};
+  CodeTables tables{display_table(type, colour_space), {}};
   for (const float v : tables.display) {
     tables.linear.push_back(static_cast<float>(linear_of_srgb(static_cast<double>(v))));
   }

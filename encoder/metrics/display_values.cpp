@@ -5,18 +5,20 @@
 
 namespace btfc {
 
-std::vector<float> display_table(const Image& image) {
-  const bool linear = image.type == SampleType::float16 && image.colour_space != ColourSpace::data &&
-                      image.colour_space != ColourSpace::srgb_rec709_scene;
-  std::vector<float> table(image.type == SampleType::unorm8 ? 256 : 65536);
+std::vector<float> display_table(SampleType type, ColourSpace colour_space) {
+  const bool linear = type == SampleType::float16 && colour_space != ColourSpace::data &&
+                      colour_space != ColourSpace::srgb_rec709_scene;
+  std::vector<float> table(type == SampleType::unorm8 ? 256 : 65536);
   for (std::size_t code = 0; code < table.size(); ++code) {
-    double v = code_value(image.type, static_cast<std::uint16_t>(code));
+    double v = code_value(type, static_cast<std::uint16_t>(code));
     v = std::isnan(v) ? 0 : std::fmin(std::fmax(v, 0), 1);
     if (linear) v = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
     table[code] = static_cast<float>(v);
   }
   return table;
 }
+
+std::vector<float> display_table(const Image& image) { return display_table(image.type, image.colour_space); }
 
 std::vector<double> luma(const Image& image, const std::vector<float>& display) {
   std::vector<double> out(std::size_t{image.width} * image.height);

@@ -12,9 +12,11 @@
 #include <atomic>
 #include <cstring>
 #include <new>
+#include <optional>
 #include <set>
 #include <vector>
 
+#include "encoder/colour_primaries.h"
 #include "encoder/input/btf_exr_names.h"
 #include "encoder/output/atomic_file.h"
 #include "shaders/btfc_half.h"
@@ -103,18 +105,13 @@ class Writer {
   std::string path_, message_;
 };
 
-// Red, green, blue, white.
-const exr_attr_chromaticities_t* chromaticities_of(ColourSpace space) {
-  static constexpr exr_attr_chromaticities_t kRec709 = {0.64f, 0.33f, 0.3f,    0.6f,
-                                                        0.15f, 0.06f, 0.3127f, 0.329f};
-  static constexpr exr_attr_chromaticities_t kAp0 = {0.7347f, 0.2653f, 0.0f,     1.0f,
-                                                     0.0001f, -0.077f, 0.32168f, 0.33767f};
-  static constexpr exr_attr_chromaticities_t kAp1 = {0.713f, 0.293f, 0.165f,   0.83f,
-                                                     0.128f, 0.044f, 0.32168f, 0.33767f};
-  if (space == ColourSpace::lin_rec709_scene) return &kRec709;
-  if (space == ColourSpace::lin_ap0_scene) return &kAp0;
-  if (space == ColourSpace::lin_ap1_scene) return &kAp1;
-  return nullptr;
+std::optional<exr_attr_chromaticities_t> chromaticities_of(ColourSpace space) {
+  for (const auto& [known, xy] : kPrimaries) {
+    if (known == space) {
+      return exr_attr_chromaticities_t{xy[0], xy[1], xy[2], xy[3], xy[4], xy[5], xy[6], xy[7]};
+    }
+  }
+  return std::nullopt;
 }
 
 std::string part_name(const DatasetInfo& info, const DirectionPair& pair) {
@@ -134,7 +131,7 @@ exr_attr_v2d_t in_degrees(const Direction& direction) {
 void add_parts(Writer& write, const DatasetInfo& info) {
   std::set<std::string> names;
   const exr_pixel_type_t type = info.type == SampleType::unorm16 ? EXR_PIXEL_FLOAT : EXR_PIXEL_HALF;
-  const exr_attr_chromaticities_t* chromaticities = chromaticities_of(info.colour_space);
+  const std::optional<exr_attr_chromaticities_t> chromaticities = chromaticities_of(info.colour_space);
   for (std::size_t i = 0; i < info.pairs.size() && write.good(); ++i) {
     const DirectionPair& pair = info.pairs[i];
     std::string name = part_name(info, pair);
@@ -157,16 +154,15 @@ void add_parts(Writer& write, const DatasetInfo& info) {
     write(exr_attr_set_v2d, part, kBtfExrView, &view);
     write(exr_attr_set_v2d, part, kBtfExrLight, &light);
     write(exr_attr_set_v2i, part, kBtfExrPair, &numbers);
-    if (chromaticities != nullptr) {
-      write(exr_attr_set_chromaticities, part, "chromaticities", chromaticities);
+    if (chromaticities) {
+      write(exr_attr_set_chromaticities, part, "chromaticities", &*chromaticities);
     }
   }
   std::vector<const char*> channels;
   for (const std::string& channel : info.channels) channels.push_back(channel.c_str());
   write(exr_attr_set_int, 0, kBtfExrVersionName, kBtfExrVersion);
   write(exr_attr_set_string, 0, kBtfExrSampleType, name_of(info.type));
-  write(exr_attr_set_string, 0, kBtfExrQuantity,
-        kBtfExrQuantityNames[static_cast<std::size_t>(info.quantity)]);
+  write(exr_attr_set_string, 0, kBtfExrQuantity, name_of(info.quantity));
   write(exr_attr_set_string, 0, kBtfExrColourSpace, name_of(info.colour_space));
   write(exr_attr_set_int, 0, kBtfExrWraps, info.wraps ? 1 : 0);
   write(exr_attr_set_string_vector, 0, kBtfExrChannels, static_cast<int>(channels.size()), channels.data());
@@ -181,16 +177,21 @@ struct Packed {
   std::string fault;
 };
 
+std::array<std::uint16_t, 256> halves_of_bytes() {
+  std::array<std::uint16_t, 256> halves{};
+  for (std::uint16_t c = 0; c < 256; ++c) {
+    halves[c] = static_cast<std::uint16_t>(btfc_float_to_half(code_value(SampleType::unorm8, c)));
+  }
+  return halves;
+}
+
 // Samples as the file has them: halves or floats, channels interleaved.
 Bytes samples_of(const Dataset& dataset, std::size_t pair) {
   const SampleType type = dataset.info().type;
   std::vector<std::uint16_t> codes(dataset.info().image_samples());
   dataset.read_image(pair, codes);
   Bytes bytes(codes.size() * (type == SampleType::unorm16 ? 4 : 2));
-  std::array<std::uint16_t, 256> halves{};
-  for (std::uint16_t c = 0; c < 256; ++c) {
-    halves[c] = static_cast<std::uint16_t>(btfc_float_to_half(code_value(SampleType::unorm8, c)));
-  }
+  static const std::array<std::uint16_t, 256> halves = halves_of_bytes();
   if (type == SampleType::unorm16) {
     for (std::size_t i = 0; i < codes.size(); ++i) {
       const float value = code_value(type, codes[i]);

@@ -9,11 +9,9 @@
 namespace btfc {
 
 DisplayCodes::DisplayCodes(const DatasetInfo& info) {
-  Image kind;  // display_table reads nothing but type and colour space
-  kind.type = info.type;
-  kind.colour_space = info.colour_space;
-  for (const float v : display_table(kind))
+  for (const float v : display_table(info.type, info.colour_space)) {
     table_.push_back(static_cast<std::uint16_t>(std::lround(v * kOne)));
+  }
 }
 
 std::vector<std::uint16_t> DisplayCodes::image(const Dataset& dataset, std::size_t pair) const {

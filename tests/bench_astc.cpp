@@ -187,7 +187,7 @@ int run(const char* path, double seconds) {
   for (std::uint32_t slot = 0; slot < BTFC_WORD_SLOTS; ++slot)
     memory_bits += 8 * btfc_gpu_words_size(t, slot);
   std::printf("\n%-34s %16s %12s\n", "against the synthesised picture", "bits per texel", "PSNR dB");
-  std::printf("%-34s %16.4f %12s\n", "btfc, in memory",
+  std::printf("%-34s %16.4f %12s\n", "btfc, words (GPU; CPU: + a sample)",
               static_cast<double>(memory_bits) / static_cast<double>(texels), "exact");
   for (const Astc* astc : {&astc6, &astc12})
     std::printf("astc %2ux%-2u medium %16s %16.4f %12.2f\n", astc->side(), astc->side(), "",

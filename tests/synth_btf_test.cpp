@@ -252,12 +252,12 @@ class Plateau : public testing::Test {
   static std::vector<double> seen(bool white_floor, const Direction& view, const Direction& light) {
     const procedural::Relief relief =
         procedural::sample_relief([&](double x, double y) { return point(x, y, white_floor); }, kSide, kSide);
-    const std::vector<procedural::GridDirection> lights{procedural::grid_direction(light)};
+    const std::vector<procedural::ReliefDirection> lights{procedural::relief_direction(light)};
     const auto maps = procedural::light_maps(relief, procedural::BounceRays(relief), lights);
     std::vector<double> out;
     std::vector<float> row(kSide * 3);
     for (std::uint32_t y = 0; y < kSide; ++y) {
-      procedural::shade_texels(relief, maps, lights, procedural::grid_direction(view), 0, y, kSide, row);
+      procedural::shade_texels(relief, maps, lights, procedural::relief_direction(view), 0, y, kSide, row);
       for (std::uint32_t x = 0; x < kSide; ++x) out.push_back(static_cast<double>(row[3 * x]));
     }
     return out;
@@ -301,8 +301,8 @@ TEST_F(Plateau, BouncesLight) {
           return p;
         },
         kSide, kSide);
-    const std::vector<procedural::GridDirection> lights{
-        procedural::grid_direction(direction_from_degrees(60, 0))};
+    const std::vector<procedural::ReliefDirection> lights{
+        procedural::relief_direction(direction_from_degrees(60, 0))};
     const auto maps = procedural::light_maps(relief, procedural::BounceRays(relief), lights);
     std::vector<float> row(kSide * 3);
     procedural::shade_texels(relief, maps, lights, {}, 0, 16, kSide, row);

@@ -4,11 +4,13 @@
 #include <optional>
 
 #include "encoder/image_file.h"
+#include "encoder/input/directory_files.h"
 #include "encoder/metrics/dataset_metrics.h"
 #include "encoder/metrics/image_metrics.h"
 #include "encoder/metrics/texture_distance.h"
 #include "encoder/metrics/texture_statistics.h"
 #include "encoder/model_table.h"
+#include "encoder/run_on_threads.h"
 #include "format/options.h"
 #include "tools/command.h"
 #include "tools/compare_datasets.h"
@@ -26,7 +28,7 @@ struct CompareArguments {
   Report report;
 };
 
-bool is_btfc(const std::string& path) { return path.size() >= 5 && path.substr(path.size() - 5) == ".btfc"; }
+bool is_btfc(const std::string& path) { return file_extension(path) == "btfc"; }
 
 Result<Image> read_side(const std::string& path, const std::string& map) {
   if (!is_btfc(path)) return read_image(path);
@@ -116,7 +118,7 @@ int compare(const CompareArguments& arguments) {
   if (!measures) return stop(measures.error());
   if (is_dataset(arguments.a) || is_dataset(arguments.b)) {
     int code = kExitOk;
-    arguments.dataset.run([&] { code = compare_data(arguments, *measures); });
+    run_on_threads(arguments.dataset.threads, [&] { code = compare_data(arguments, *measures); });
     return code;
   }
   if (arguments.dataset.given())
@@ -161,6 +163,7 @@ int compare(const CompareArguments& arguments) {
                {"rmse_8bit", if_aligned(metrics.rmse_8bit)},
                {"ssim", if_aligned(metrics.ssim)},
                {"mae_lab", if_aligned(metrics.mae_lab)},
+               {"de76", if_aligned(metrics.de76)},
                {"flip", if_aligned(metrics.flip)},
                {"peak_8bit", if_aligned(metrics.peak_8bit)},
                {"identical", identical},

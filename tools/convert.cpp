@@ -2,8 +2,10 @@
 #include <chrono>
 
 #include "encoder/image_file.h"
+#include "encoder/input/directory_files.h"
 #include "encoder/output/btf_exr_write.h"
 #include "encoder/output/ubo2003_write.h"
+#include "encoder/run_on_threads.h"
 #include "encoder/tiling/tile_search.h"
 #include "format/options.h"
 #include "tools/contact_sheet.h"
@@ -19,13 +21,10 @@ struct Arguments {
   Report report;
 };
 
-bool ends_with(const std::string& path, std::string_view end) {
-  return path.size() >= end.size() && path.compare(path.size() - end.size(), end.size(), end) == 0;
-}
-
 Result<Done> write_dataset(const Dataset& dataset, const std::string& path, const Arguments& a) {
-  if (ends_with(path, ".png")) return write_image(path, contact_sheet(dataset, a.sheet, a.repeats));
-  if (ends_with(path, ".exr")) return write_btf_exr(dataset, path, progress_line("writing"));
+  const std::string kind = file_extension(path);
+  if (kind == "png") return write_image(path, contact_sheet(dataset, a.sheet, a.repeats));
+  if (kind == "exr") return write_btf_exr(dataset, path, progress_line("writing"));
   return write_ubo2003(path, dataset);
 }
 
@@ -33,9 +32,8 @@ Result<Done> write_dataset(const Dataset& dataset, const std::string& path, cons
 std::string tile_path(const std::string& path, std::size_t number, std::size_t count) {
   if (count == 1) return path;
   const std::string suffix = '-' + std::to_string(number);
-  for (const char* end : {".png", ".exr"}) {
-    if (ends_with(path, end)) return path.substr(0, path.size() - 4) + suffix + end;
-  }
+  const std::string kind = file_extension(path);
+  if (kind == "png" || kind == "exr") return path.substr(0, path.size() - 4) + suffix + '.' + kind;
   return path + suffix;
 }
 
@@ -100,7 +98,7 @@ Result<Done> convert(const Arguments& a) {
 
 int run(const Arguments& a) {
   Result<Done> done = Done{};
-  a.dataset.run([&] { done = convert(a); });
+  run_on_threads(a.dataset.threads, [&] { done = convert(a); });
   return done ? kExitOk : fail("convert", done.error());
 }
 

@@ -1,10 +1,6 @@
 // Reading data sets for the verbs.
 #include "tools/dataset_input.h"
 
-#include <tbb/global_control.h>
-#include <tbb/info.h>
-#include <tbb/task_arena.h>
-
 #include "format/options.h"
 
 namespace btfc {
@@ -48,14 +44,6 @@ Result<DatasetRead> DatasetInput::read(const std::string& path) const {
     for (const std::string& note : read->notes) fmt::print(stderr, "btfc: {}: {}\n", path, note);
   }
   return read;
-}
-
-void DatasetInput::run(const std::function<void()>& work) const {
-  const int count = threads == 0 ? tbb::info::default_concurrency() : static_cast<int>(threads);
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                  static_cast<std::size_t>(count));
-  tbb::task_arena arena(count);
-  arena.execute(work);
 }
 
 Json dataset_json(const DatasetRead& read) {

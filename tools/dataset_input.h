@@ -16,8 +16,6 @@ struct DatasetInput {
   bool given() const { return !crop.empty() || missing != "error" || !scratch.empty(); }
   // Reads, shows progress, and prints the notes to standard error.
   Result<DatasetRead> read(const std::string& path) const;
-  // Runs on `threads` threads.
-  void run(const std::function<void()>& work) const;
 };
 
 // What there is to say of a data set.

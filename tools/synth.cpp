@@ -1,11 +1,13 @@
 // btfc synth: test material, textures and BTFs.
 #include "encoder/image_file.h"
+#include "encoder/input/directory_files.h"
 #include "encoder/output/btf_exr_write.h"
 #include "encoder/output/ubo2003_write.h"
+#include "encoder/run_on_threads.h"
 #include "encoder/synth/btf_synth.h"
 #include "encoder/synth/texture_synth.h"
 #include "format/options.h"
-#include "tools/dataset_input.h"
+#include "tools/command.h"
 
 namespace btfc {
 namespace {
@@ -50,8 +52,6 @@ Result<Json> texture(const SynthArguments& a) {
   return Json{{"output", a.output}, {"kind", a.kind}, {"width", c->width}, {"height", c->height}};
 }
 
-bool is_exr(const std::string& path) { return path.size() > 4 && path.substr(path.size() - 4) == ".exr"; }
-
 // OUT and OUT.exr: OUT-height.exr and OUT-normals.png beside them.
 Result<Json> btf(const SynthArguments& a) {
   const Result<Common> c = common(a, "64x64", 2048);
@@ -69,9 +69,10 @@ Result<Json> btf(const SynthArguments& a) {
   if (!dataset) return dataset.error();
   const Result<BtfGroundTruth> truth = btf_ground_truth(kind, options);
   if (!truth) return truth.error();
-  std::string stem = is_exr(a.output) ? a.output.substr(0, a.output.size() - 4) : a.output;
+  const bool exr = file_extension(a.output) == "exr";
+  std::string stem = exr ? a.output.substr(0, a.output.size() - 4) : a.output;
   while (stem.size() > 1 && stem.back() == '/') stem.pop_back();
-  if (is_exr(a.output)) {
+  if (exr) {
     if (const auto wrote = write_btf_exr(*dataset, a.output); !wrote) return wrote.error();
   } else {
     if (const auto wrote = write_ubo2003(a.output, *dataset); !wrote) return wrote.error();
@@ -87,9 +88,7 @@ Result<Json> btf(const SynthArguments& a) {
 
 int run(const SynthArguments& a) {
   Result<Json> json = Json();
-  DatasetInput threads;
-  threads.threads = a.threads;
-  threads.run([&] { json = a.kind.starts_with(kBtf) ? btf(a) : texture(a); });
+  run_on_threads(a.threads, [&] { json = a.kind.starts_with(kBtf) ? btf(a) : texture(a); });
   if (!json) return fail("synth", json.error());
   if (const auto wrote = a.report.write("", *json); !wrote) return fail("synth", wrote.error());
   return kExitOk;

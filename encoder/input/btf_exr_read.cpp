@@ -5,19 +5,17 @@
 #include <fmt/format.h>
 #include <openexr.h>
 #include <sys/stat.h>
-#include <tbb/parallel_for.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <map>
-#include <mutex>
 #include <new>
 #include <numbers>
 #include <numeric>
 
+#include "encoder/for_each_index.h"
 #include "encoder/input/btf_exr_names.h"
 #include "format/bytes.h"
 #include "format/checked.h"
@@ -463,39 +461,6 @@ class PartReader {
   std::vector<std::size_t> places_;  // in the data set, of the file's channels
 };
 
-Result<Rectangle> crop_of(const DatasetInfo& info, const DatasetReadOptions& options,
-                          const std::string& path) {
-  const Rectangle r = options.crop.value_or(Rectangle{0, 0, info.width, info.height});
-  if (r.width < 1 || r.height < 1 || std::uint64_t{r.x} + r.width > info.width ||
-      std::uint64_t{r.y} + r.height > info.height) {
-    return bad_argument(fmt::format("the crop {},{},{},{} does not lie inside '{}' of {}x{} texels", r.x, r.y,
-                                    r.width, r.height, path, info.width, info.height));
-  }
-  return r;
-}
-
-Result<Done> read_parts(const PartReader& reader, const std::vector<int>& parts,
-                        const DatasetReadOptions& options, Dataset& dataset) {
-  // The error of the lowest pair is reported, whatever thread meets it first.
-  std::atomic<std::size_t> failed_at{parts.size()};
-  std::mutex lock;
-  Error failure;
-  std::size_t done = 0;
-  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
-    if (i > failed_at.load(std::memory_order_relaxed)) return;
-    const Result<std::vector<std::uint16_t>> codes = reader.read(parts[i]);
-    if (codes) dataset.write_image(i, *codes);
-    const std::lock_guard<std::mutex> hold(lock);
-    if (!codes && i < failed_at.load(std::memory_order_relaxed)) {
-      failed_at.store(i, std::memory_order_relaxed);
-      failure = codes.error();
-    }
-    if (options.progress) options.progress(++done, parts.size());
-  });
-  if (failed_at.load() < parts.size()) return failure;
-  return Done{};
-}
-
 Result<DatasetRead> read(const std::string& path, const DatasetReadOptions& options) {
   const Result<OpenExr> file = OpenExr::open(path);
   if (!file) return file.error();
@@ -517,14 +482,23 @@ Result<DatasetRead> read(const std::string& path, const DatasetReadOptions& opti
     return refused(path, fmt::format("{} bytes cannot hold {} images of {}x{} texels", file->size(),
                                      order->size(), info->width, info->height));
   }
-  const Result<Rectangle> crop = crop_of(*info, options, path);
+  const Result<Rectangle> crop = kept_texels(options, info->width, info->height, path);
   if (!crop) return crop.error();
   info->width = crop->width;
   info->height = crop->height;
   Result<Dataset> dataset = Dataset::create(std::move(*info), options.scratch_directory);
   if (!dataset) return dataset.error();
   const PartReader reader(*file, *layout, dataset->info(), *crop);
-  if (const auto done = read_parts(reader, *order, options, *dataset); !done) return done.error();
+  const Result<Done> done = for_each_index(
+      order->size(),
+      [&](std::size_t i) -> Result<Done> {
+        const Result<std::vector<std::uint16_t>> codes = reader.read((*order)[i]);
+        if (!codes) return codes.error();
+        dataset->write_image(i, *codes);
+        return Done{};
+      },
+      options.progress);
+  if (!done) return done.error();
   return DatasetRead{std::move(*dataset), "btf_exr", {}};
 }
 

@@ -36,6 +36,17 @@ const DatasetFormat* format_of(const std::string& path) {
 
 std::span<const DatasetFormat> dataset_formats() { return kFormats; }
 
+Result<Rectangle> kept_texels(const DatasetReadOptions& options, std::uint32_t width, std::uint32_t height,
+                              const std::string& path) {
+  const Rectangle r = options.crop.value_or(Rectangle{0, 0, width, height});
+  if (r.width < 1 || r.height < 1 || std::uint64_t{r.x} + r.width > width ||
+      std::uint64_t{r.y} + r.height > height) {
+    return bad_argument(fmt::format("the crop {},{},{},{} does not lie inside '{}' of {}x{} texels", r.x, r.y,
+                                    r.width, r.height, path, width, height));
+  }
+  return r;
+}
+
 bool is_dataset(const std::string& path) { return format_of(path) != nullptr; }
 
 Result<DatasetRead> read_dataset(const std::string& path, const DatasetReadOptions& options) {

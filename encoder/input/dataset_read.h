@@ -21,6 +21,10 @@ struct DatasetReadOptions {
   std::function<void(std::size_t done, std::size_t total)> progress;  // from one thread at a time
 };
 
+// The texels to keep of a set of width x height: the crop, or all. Refused: a crop that does not lie inside.
+Result<Rectangle> kept_texels(const DatasetReadOptions& options, std::uint32_t width, std::uint32_t height,
+                              const std::string& path);
+
 // What was read, and what a user should hear of it.
 struct DatasetRead {
   Dataset dataset;

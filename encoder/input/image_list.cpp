@@ -2,13 +2,11 @@
 #include "encoder/input/image_list.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
-#include <mutex>
 #include <numeric>
 
+#include "encoder/for_each_index.h"
 #include "encoder/input/wavelengths.h"
 
 namespace btfc {
@@ -54,19 +52,6 @@ void reorder(ImageFile& file, const std::vector<std::uint32_t>& order) {
   }
 }
 
-Result<Done> crop_to(ImageFile& file, const DatasetReadOptions& options, const std::string& path) {
-  if (!options.crop) return Done{};
-  const Rectangle& r = *options.crop;
-  const Image& image = file.image;
-  if (r.width < 1 || r.height < 1 || std::uint64_t{r.x} + r.width > image.width ||
-      std::uint64_t{r.y} + r.height > image.height) {
-    return bad_argument(fmt::format("the crop {},{},{},{} does not lie inside '{}' of {}x{} texels", r.x, r.y,
-                                    r.width, r.height, path, image.width, image.height));
-  }
-  file.image = crop(image, r.x, r.y, r.width, r.height);
-  return Done{};
-}
-
 }  // namespace
 
 Result<Dataset> dataset_of_images(DatasetInfo info, std::span<const std::string> paths,
@@ -81,7 +66,9 @@ Result<Dataset> dataset_of_images(DatasetInfo info, std::span<const std::string>
     if (edit) {
       if (const auto edited = edit(i, file); !edited) return edited.error();
     }
-    if (const auto cropped = crop_to(file, options, paths[i]); !cropped) return cropped.error();
+    const Result<Rectangle> r = kept_texels(options, file.image.width, file.image.height, paths[i]);
+    if (!r) return r.error();
+    if (options.crop) file.image = crop(file.image, r->x, r->y, r->width, r->height);
     return file;
   };
 
@@ -99,29 +86,21 @@ Result<Dataset> dataset_of_images(DatasetInfo info, std::span<const std::string>
   Result<Dataset> dataset = Dataset::create(std::move(info), options.scratch_directory);
   if (!dataset) return dataset.error();
 
-  // The error of the lowest number is reported, whatever thread meets it first.
-  std::mutex lock;
-  std::size_t done = 0, failed_at = paths.size();
-  Error failure;
-  std::atomic<std::size_t> lowest_failed{paths.size()};
-  tbb::parallel_for(std::size_t{0}, paths.size(), [&](std::size_t i) {
-    if (i > lowest_failed.load(std::memory_order_relaxed)) return;
-    Result<ImageFile> image = read_image_file(paths[i], kMaxDatasetChannels);
-    if (image && !alike(*image, *first)) {
-      image = bad_data(fmt::format("'{}' has {}, and '{}' has {}; expected all images alike", paths[i],
-                                   shape_of(*image), paths[0], shape_of(*first)));
-    }
-    if (image) image = finished(std::move(*image), i);
-    if (image) dataset->write_image(i, image->image.codes);
-    const std::lock_guard<std::mutex> hold(lock);
-    if (!image && i < failed_at) {
-      failed_at = i;
-      failure = image.error();
-      lowest_failed.store(i, std::memory_order_relaxed);
-    }
-    if (options.progress) options.progress(++done, paths.size());
-  });
-  if (failed_at < paths.size()) return failure;
+  const Result<Done> done = for_each_index(
+      paths.size(),
+      [&](std::size_t i) -> Result<Done> {
+        Result<ImageFile> image = read_image_file(paths[i], kMaxDatasetChannels);
+        if (image && !alike(*image, *first)) {
+          image = bad_data(fmt::format("'{}' has {}, and '{}' has {}; expected all images alike", paths[i],
+                                       shape_of(*image), paths[0], shape_of(*first)));
+        }
+        if (image) image = finished(std::move(*image), i);
+        if (!image) return image.error();
+        dataset->write_image(i, image->image.codes);
+        return Done{};
+      },
+      options.progress);
+  if (!done) return done.error();
   return dataset;
 }
 

@@ -2,13 +2,12 @@
 #include "encoder/input/relight_read.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <mutex>
 
+#include "encoder/for_each_index.h"
 #include "encoder/image_file.h"
 #include "encoder/input/directory_files.h"
 #include "encoder/input/relight_fit.h"
@@ -42,14 +41,8 @@ Result<RelightFit> read_fit(const std::string& directory) {
 // The planes, three to an image; cropped where asked for.
 Result<std::vector<Image>> read_planes(const std::string& directory, const RelightFit& fit,
                                        const DatasetReadOptions& options) {
-  if (options.crop) {
-    const Rectangle& r = *options.crop;
-    if (r.width < 1 || r.height < 1 || std::uint64_t{r.x} + r.width > fit.width ||
-        std::uint64_t{r.y} + r.height > fit.height) {
-      return bad_argument(fmt::format("the crop {},{},{},{} does not lie inside '{}' of {}x{} texels", r.x,
-                                      r.y, r.width, r.height, directory, fit.width, fit.height));
-    }
-  }
+  const Result<Rectangle> r = kept_texels(options, fit.width, fit.height, directory);
+  if (!r) return r.error();
   std::vector<Image> planes;
   for (std::uint32_t i = 0; 3 * i < fit.planes; ++i) {
     const std::string path = inside(directory, fmt::format("plane_{}.{}", i, fit.image_format));
@@ -62,7 +55,7 @@ Result<std::vector<Image>> read_planes(const std::string& directory, const Relig
                                   fit.width, fit.height));
     }
     if (options.crop) {
-      image = crop(*image, options.crop->x, options.crop->y, options.crop->width, options.crop->height);
+      image = crop(*image, r->x, r->y, r->width, r->height);
     }
     planes.push_back(std::move(*image));
   }
@@ -121,14 +114,14 @@ Result<DatasetRead> read_relight(const std::string& path, const DatasetReadOptio
   make_full_product(info);
   Result<Dataset> dataset = Dataset::create(std::move(info), options.scratch_directory);
   if (!dataset) return dataset.error();
-  std::mutex lock;
-  std::size_t done = 0;
-  tbb::parallel_for(std::size_t{0}, fit->lights.size(), [&](std::size_t i) {
-    dataset->write_image(i, relit(*fit, *planes, fit->lights[i]));
-    if (!options.progress) return;
-    const std::lock_guard<std::mutex> hold(lock);
-    options.progress(++done, fit->lights.size());
-  });
+  const Result<Done> done = for_each_index(
+      fit->lights.size(),
+      [&](std::size_t i) {
+        dataset->write_image(i, relit(*fit, *planes, fit->lights[i]));
+        return Done{};
+      },
+      options.progress);
+  if (!done) return done.error();
   return DatasetRead{
       std::move(*dataset),
       "relight",

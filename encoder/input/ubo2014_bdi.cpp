@@ -5,10 +5,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
 #include <mutex>
 
 #include "encoder/dataset/scratch.h"
+#include "encoder/for_each_index.h"
 #include "encoder/input/ubo2014_expand.h"
 
 namespace btfc {
@@ -118,19 +118,12 @@ Result<Done> gather_ubo2014_bdi(const Ubo2014File& file, const Ubo2014Header& he
   std::size_t done = 0;
   for (std::size_t first = 0; first < pairs; first += group) {
     const std::size_t count = std::min(group, pairs - first);
-    std::atomic<std::uint32_t> failed_at{crop.height};
-    std::string failure;
-    tbb::parallel_for(std::uint32_t{0}, crop.height, [&](std::uint32_t y) {
-      if (y > failed_at.load(std::memory_order_relaxed)) return;
-      std::string fault = gatherer.row(y, first, count, images);
-      if (fault.empty()) return;
-      const std::lock_guard<std::mutex> hold(lock);
-      if (y < failed_at.load(std::memory_order_relaxed)) {
-        failed_at.store(y, std::memory_order_relaxed);
-        failure = std::move(fault);
-      }
+    const Result<Done> rows = for_each_index(crop.height, [&](std::size_t y) -> Result<Done> {
+      const std::string fault = gatherer.row(static_cast<std::uint32_t>(y), first, count, images);
+      if (fault.empty()) return Done{};
+      return bad_data(fmt::format("'{}': {}", file.path(), fault));
     });
-    if (!failure.empty()) return bad_data(fmt::format("'{}': {}", file.path(), failure));
+    if (!rows) return rows.error();
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
       dataset.write_image(first + i, std::span<const std::uint16_t>(images + i * samples, samples));
       const std::lock_guard<std::mutex> hold(lock);

@@ -3,15 +3,14 @@
 
 #include <fmt/format.h>
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <mutex>
 #include <optional>
 
+#include "encoder/for_each_index.h"
 #include "encoder/input/ubo2014_product.h"
 
 namespace btfc {
@@ -210,26 +209,20 @@ Result<std::uint64_t> expand_ubo2014(const Ubo2014File& file, const Ubo2014Heade
   const std::vector<Block> blocks = blocks_of(header, body, dataset.info().image_samples() * 2);
   const Expander expander(file, header, body, crop, dataset);
   tbb::enumerable_thread_specific<Workspace> workspaces;
-  // The fault of the lowest block is reported, whatever thread meets it first.
-  std::atomic<std::size_t> failed_at{blocks.size()};
   std::mutex lock;
-  std::string failure;
   std::size_t done = 0;
   std::uint64_t negatives = 0;
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
-    if (b > failed_at.load(std::memory_order_relaxed)) return;
+  const Result<Done> expanded = for_each_index(blocks.size(), [&](std::size_t b) -> Result<Done> {
     std::uint64_t negative = 0;
     const std::optional<std::string> fault = expander.expand(blocks[b], workspaces.local(), negative);
+    if (fault) return bad_data(fmt::format("'{}': {}", file.path(), *fault));
     const std::lock_guard<std::mutex> hold(lock);
     negatives += negative;
-    done += blocks[b].count;
-    if (fault && b < failed_at.load(std::memory_order_relaxed)) {
-      failed_at.store(b, std::memory_order_relaxed);
-      failure = *fault;
-    }
+    done += blocks[b].count;  // images, of which blocks have different numbers
     if (options.progress) options.progress(done, header.pairs());
+    return Done{};
   });
-  if (!failure.empty()) return bad_data(fmt::format("'{}': {}", file.path(), failure));
+  if (!expanded) return expanded.error();
   return negatives;
 }
 

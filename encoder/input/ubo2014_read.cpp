@@ -16,17 +16,6 @@
 namespace btfc {
 namespace {
 
-Result<Rectangle> crop_of(const Ubo2014Header& header, const DatasetReadOptions& options,
-                          const std::string& path) {
-  const Rectangle r = options.crop.value_or(Rectangle{0, 0, header.width, header.height});
-  if (r.width < 1 || r.height < 1 || std::uint64_t{r.x} + r.width > header.width ||
-      std::uint64_t{r.y} + r.height > header.height) {
-    return bad_argument(fmt::format("the crop {},{},{},{} does not lie inside '{}' of {}x{} texels", r.x, r.y,
-                                    r.width, r.height, path, header.width, header.height));
-  }
-  return r;
-}
-
 DatasetInfo info_of(const Ubo2014Header& header, const Rectangle& crop) {
   DatasetInfo info;
   info.width = crop.width;
@@ -61,7 +50,7 @@ Result<DatasetRead> read(const std::string& path, const DatasetReadOptions& opti
   }
   if (cursor.failed()) return cursor.fault();
 
-  const Result<Rectangle> crop = crop_of(header, options, path);
+  const Result<Rectangle> crop = kept_texels(options, header.width, header.height, path);
   if (!crop) return crop.error();
   Result<Dataset> dataset = Dataset::create(info_of(header, *crop), options.scratch_directory);
   if (!dataset) return dataset.error();

@@ -2,15 +2,13 @@
 #include "encoder/models/patch_fit.h"
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
-#include <tbb/info.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 
 #include "encoder/models/patch_sample.h"
 #include "encoder/models/patch_synthesis.h"
 #include "encoder/models/patch_trim.h"
+#include "encoder/run_on_threads.h"
 #include "format/limits.h"
 
 namespace btfc {
@@ -124,15 +122,10 @@ Result<FitResult> patch_fit(const FitInput& input, const FitSettings& settings) 
   synthesis.tries = tries->value_or(64);
   synthesis.seed = settings.seed;
   synthesis.progress = settings.progress;
-  const int threads =
-      settings.threads == 0 ? tbb::info::default_concurrency() : static_cast<int>(settings.threads);
-  const tbb::global_control allowed(tbb::global_control::max_allowed_parallelism,
-                                    static_cast<std::size_t>(threads));
-  tbb::task_arena arena(threads);
-
   FitResult result;
   if (find_option(settings.options, "sample") == "auto") {
-    const SampleChoice choice = arena.execute([&] { return choose_sample(input.maps, *shape, synthesis); });
+    SampleChoice choice;
+    run_on_threads(settings.threads, [&] { choice = choose_sample(input.maps, *shape, synthesis); });
     *window = choice.window;
     report_choice(choice, result);
   }
@@ -159,7 +152,8 @@ Result<FitResult> patch_fit(const FitInput& input, const FitSettings& settings) 
     };
   }
 
-  PatchRecipe recipe = arena.execute([&] { return synthesize_patches(*shape, samples, synthesis, sink); });
+  PatchRecipe recipe;
+  run_on_threads(settings.threads, [&] { recipe = synthesize_patches(*shape, samples, synthesis, sink); });
 
   const double used =
       trim_sample(head, *shape, recipe, find_option(settings.options, "trim-sample").has_value());

@@ -8,6 +8,8 @@
 #include <memory>
 
 #include "encoder/image_file.h"
+#include "encoder/input/directory_files.h"
+#include "encoder/metrics/display_values.h"
 #include "encoder/output/atomic_file.h"
 
 namespace btfc {
@@ -15,25 +17,14 @@ namespace {
 
 constexpr std::uint32_t kBandRows = 64;
 
-bool ends_with(const std::string& path, const char* extension) {
-  const std::string_view end(extension);
-  if (path.size() < end.size()) return false;
-  return std::equal(end.begin(), end.end(), path.end() - static_cast<std::ptrdiff_t>(end.size()),
-                    [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
-}
-
-bool is_linear(ColourSpace space) {
-  return space != ColourSpace::srgb_rec709_scene && space != ColourSpace::data;
-}
-
-// Half codes as 8 bits for looking at; alpha is never coded.
-std::vector<std::uint8_t> display_bytes(const std::vector<std::uint8_t>& codes, const ImageHeader& header) {
+// Half codes as 8 bits for looking at, by their display values; alpha is never coded.
+std::vector<std::uint8_t> display_bytes(const std::vector<std::uint8_t>& codes, const ImageHeader& header,
+                                        const std::vector<float>& display) {
   std::vector<std::uint8_t> bytes(codes.size() / 2);
-  const bool linear = is_linear(header.colour_space);
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     const bool alpha = header.alpha != Alpha::none && i % header.channels == header.channels - 1;
-    float v = std::clamp(code_value(SampleType::float16, load_u16(&codes[2 * i])), 0.0f, 1.0f);
-    if (linear && !alpha) v = v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
+    const std::uint16_t code = load_u16(&codes[2 * i]);
+    const float v = alpha ? std::clamp(code_value(SampleType::float16, code), 0.0f, 1.0f) : display[code];
     bytes[i] = static_cast<std::uint8_t>(std::lrint(255.0f * v));
   }
   return bytes;
@@ -67,13 +58,16 @@ class PendingProxy : public OIIO::Filesystem::IOProxy {
 }  // namespace
 
 Result<Done> write_image_rows(const std::string& path, const ImageHeader& header, const RowSource& rows) {
-  const bool png = ends_with(path, ".png"), exr = ends_with(path, ".exr");
+  const std::string kind = file_extension(path);
+  const bool png = kind == "png", exr = kind == "exr";
   if (!png && !exr)
     return bad_argument(fmt::format("'{}' names no output format, expected .png or .exr", path));
   Result<PendingFile> pending = PendingFile::create(path);
   if (!pending) return pending.error();
 
   const bool display = png && header.type == SampleType::float16;
+  const std::vector<float> shown_values =
+      display ? display_table(header.type, header.colour_space) : std::vector<float>();
   const OIIO::TypeDesc::BASETYPE native = header.type == SampleType::unorm8    ? OIIO::TypeDesc::UINT8
                                           : header.type == SampleType::unorm16 ? OIIO::TypeDesc::UINT16
                                                                                : OIIO::TypeDesc::HALF;
@@ -102,7 +96,7 @@ Result<Done> write_image_rows(const std::string& path, const ImageHeader& header
     band.resize(count * row_bytes);
     if (const auto filled = rows(y, count, band.data()); !filled) return filled.error();
     const std::vector<std::uint8_t> shown =
-        display ? display_bytes(band, header) : std::vector<std::uint8_t>();
+        display ? display_bytes(band, header, shown_values) : std::vector<std::uint8_t>();
     const void* data = display ? shown.data() : band.data();
     if (!output->write_scanlines(static_cast<int>(y), static_cast<int>(y + count), 0, given, data)) {
       return io_error(fmt::format("could not write '{}': {}", path, output->geterror()));

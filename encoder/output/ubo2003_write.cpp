@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <stdlib.h>
 #include <sys/stat.h>
-#include <tbb/parallel_for.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,8 +12,8 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <mutex>
 
+#include "encoder/for_each_index.h"
 #include "encoder/image_file.h"
 #include "encoder/input/image_placement.h"
 #include "encoder/input/ubo2003_name.h"
@@ -126,15 +125,7 @@ Result<Done> write_ubo2003(const std::string& path, const Dataset& dataset) {
     if (mkdir(folder.c_str(), 0777) != 0) return failed("create", folder);
   }
 
-  // The error of the lowest number is reported, whatever thread meets it first.
-  std::mutex lock;
-  std::size_t failed_at = info.pairs.size();
-  Error failure;
-  tbb::parallel_for(std::size_t{0}, info.pairs.size(), [&](std::size_t i) {
-    {
-      const std::lock_guard<std::mutex> hold(lock);
-      if (i > failed_at) return;
-    }
+  const Result<Done> written = for_each_index(info.pairs.size(), [&](std::size_t i) {
     const DirectionPair pair = info.pairs[i];
     const DirectionText &view = (*views)[pair.view], &light = (*lights)[pair.light];
     const std::string name = fmt::format("{}/{:05} tl{} pl{} tv{} pv{}.{}", folder_of(view),
@@ -143,15 +134,9 @@ Result<Done> write_ubo2003(const std::string& path, const Dataset& dataset) {
     Image image = dataset.image(i);
     // PNG's second or fourth channel is alpha, and straight alpha is written as it is.
     if (png && image.channels % 2 == 0) image.alpha = Alpha::straight;
-    const Result<Done> written = write_image(name, image, info.channels);
-    if (written) return;
-    const std::lock_guard<std::mutex> hold(lock);
-    if (i < failed_at) {
-      failed_at = i;
-      failure = written.error();
-    }
+    return write_image(name, image, info.channels);
   });
-  if (failed_at < info.pairs.size()) return failure;
+  if (!written) return written.error();
   return pending->commit();
 }
 

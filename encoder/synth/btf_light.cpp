@@ -31,7 +31,8 @@ std::array<Vector2, kAzimuths> azimuths() {
 }
 
 // The part of the lamp above the horizon, at most 75 degrees or so from the normal.
-float visibility(const Relief& relief, std::uint32_t column, std::uint32_t row, const GridDirection& light) {
+float visibility(const Relief& relief, std::uint32_t column, std::uint32_t row,
+                 const ReliefDirection& light) {
   const float across = std::sqrt(light.x * light.x + light.y * light.y);
   if (across < 1e-6f) return 1;
   const float dx = light.x / across, dy = light.y / across, slope = light.z / across;
@@ -97,7 +98,7 @@ std::span<const BounceRays::Ray> BounceRays::at(std::uint32_t column, std::uint3
   return std::span<const Ray>(r.rays).subspan(r.begin[column], r.begin[column + 1] - r.begin[column]);
 }
 
-LightMaps light_maps(const Relief& relief, const BounceRays& rays, std::span<const GridDirection> lights) {
+LightMaps light_maps(const Relief& relief, const BounceRays& rays, std::span<const ReliefDirection> lights) {
   const std::size_t n = lights.size();
   LightMaps out{n, std::vector<float>(relief.size() * 4 * n)};
   std::vector<float> direct(relief.size() * n);  // cosine times visibility
@@ -108,7 +109,7 @@ LightMaps light_maps(const Relief& relief, const BounceRays& rays, std::span<con
       const float scale = 1 / std::sqrt(1 + sx * sx + sy * sy);
       float* seen = &out.maps[here * 4 * n];
       for (std::size_t l = 0; l < n; ++l) {
-        const GridDirection& light = lights[l];
+        const ReliefDirection& light = lights[l];
         seen[l] = visibility(relief, column, row, light);
         direct[here * n + l] = seen[l] * std::max((light.z - sx * light.x - sy * light.y) * scale, 0.0f);
       }

@@ -39,6 +39,6 @@ struct LightMaps {
 
 // Visibility is the part of the lamp's disk above the horizon, 0 … 1. The bounce is the light that arrives
 // from the relief, of the same unit as the lamp's cosine: 1 is a lamp straight above.
-LightMaps light_maps(const Relief& relief, const BounceRays& rays, std::span<const GridDirection> lights);
+LightMaps light_maps(const Relief& relief, const BounceRays& rays, std::span<const ReliefDirection> lights);
 
 }  // namespace btfc::procedural

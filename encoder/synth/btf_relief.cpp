@@ -68,13 +68,13 @@ float height_at(const Relief& relief, float x, float y) {
          relief.height[c.at[2]] * c.weight[2] + relief.height[c.at[3]] * c.weight[3];
 }
 
-GridDirection grid_direction(const Direction& d) {
+ReliefDirection relief_direction(const Direction& d) {
   const double across = sine(d.theta);
   return {static_cast<float>(across * cosine(d.phi)), static_cast<float>(-across * sine(d.phi)),
           static_cast<float>(cosine(d.theta))};
 }
 
-Place first_hit(const Relief& relief, const GridDirection& view, float x, float y) {
+Place first_hit(const Relief& relief, const ReliefDirection& view, float x, float y) {
   const float run_x = view.x / view.z, run_y = view.y / view.z;  // steps along the plane for one step up
   const float reach = (relief.high - relief.low) * std::sqrt(run_x * run_x + run_y * run_y);
   // Down from the highest point, at most 0.7 grid steps along the plane at a time.

@@ -51,16 +51,16 @@ Corners corners_at(const Relief& relief, float x, float y);
 float height_at(const Relief& relief, float x, float y);
 
 // A direction above the plane in the grid's axes: y downwards.
-struct GridDirection {
+struct ReliefDirection {
   float x = 0, y = 0, z = 1;
 };
 // By sine() and cosine(), so that no libm shows in the codes.
-GridDirection grid_direction(const Direction& direction);
+ReliefDirection relief_direction(const Direction& direction);
 
 // Where the ray from direction `view` through (x, y) on the plane z = 0 first meets the relief.
 struct Place {
   float x, y;
 };
-Place first_hit(const Relief& relief, const GridDirection& view, float x, float y);
+Place first_hit(const Relief& relief, const ReliefDirection& view, float x, float y);
 
 }  // namespace btfc::procedural

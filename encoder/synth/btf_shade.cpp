@@ -17,9 +17,9 @@ namespace {
 struct PairTerms {
   std::vector<float> x, y, z, view_dot, half_length2, fresnel;
 };
-PairTerms pair_terms(std::span<const GridDirection> lights, const GridDirection& view) {
+PairTerms pair_terms(std::span<const ReliefDirection> lights, const ReliefDirection& view) {
   PairTerms p;
-  for (const GridDirection& l : lights) {
+  for (const ReliefDirection& l : lights) {
     const float dot = l.x * view.x + l.y * view.y + l.z * view.z;
     const float away = 1 - std::sqrt(std::max(0.5f + 0.5f * dot, 0.0f));  // 1 - cosine of the half angle
     p.x.push_back(l.x);
@@ -36,7 +36,7 @@ struct Vector {
   float x, y, z;
 };
 Vector scaled(const Vector& v, float s) { return {v.x * s, v.y * s, v.z * s}; }
-float dot(const Vector& a, const GridDirection& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+float dot(const Vector& a, const ReliefDirection& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 // A place that a view sees.
 struct Spot {
@@ -75,7 +75,7 @@ Spot spot_at(const Relief& relief, const Place& place) {
 }
 
 // Adds a spot's light times `share` to values[channel * lights + light].
-void add_spot(const Spot& spot, const LightMaps& maps, const PairTerms& pairs, const GridDirection& view,
+void add_spot(const Spot& spot, const LightMaps& maps, const PairTerms& pairs, const ReliefDirection& view,
               float share, float* values) {
   const std::size_t n = maps.lights;
   const Finish& f = spot.finish;
@@ -146,7 +146,7 @@ struct Footprint {
   };
   std::array<Ray, 9> rays;
 };
-Footprint footprint(const GridDirection& view) {
+Footprint footprint(const ReliefDirection& view) {
   constexpr float kSpacing = 0.6f * kReliefSteps;  // of the rays, straight from above
   constexpr float kPixel = 0.45f;                  // side of a camera's pixel, texels
   constexpr std::array<float, 3> kTent{0.25f, 0.5f, 0.25f};
@@ -164,8 +164,8 @@ Footprint footprint(const GridDirection& view) {
 
 }  // namespace
 
-void shade_texels(const Relief& relief, const LightMaps& maps, std::span<const GridDirection> lights,
-                  const GridDirection& view, std::uint32_t x, std::uint32_t y, std::uint32_t count,
+void shade_texels(const Relief& relief, const LightMaps& maps, std::span<const ReliefDirection> lights,
+                  const ReliefDirection& view, std::uint32_t x, std::uint32_t y, std::uint32_t count,
                   std::span<float> values) {
   const PairTerms pairs = pair_terms(lights, view);
   std::fill(values.begin(), values.end(), 0.0f);

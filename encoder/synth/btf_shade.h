@@ -12,8 +12,8 @@ namespace btfc::procedural {
 
 // values[(t * 3 + channel) * lights + light] = pi f_r cos(theta) plus bounce of texel x + t of row y, linear,
 // 0 and more: the mean over the texel's rays. The maps are those of these lights.
-void shade_texels(const Relief& relief, const LightMaps& maps, std::span<const GridDirection> lights,
-                  const GridDirection& view, std::uint32_t x, std::uint32_t y, std::uint32_t count,
+void shade_texels(const Relief& relief, const LightMaps& maps, std::span<const ReliefDirection> lights,
+                  const ReliefDirection& view, std::uint32_t x, std::uint32_t y, std::uint32_t count,
                   std::span<float> values);
 
 }  // namespace btfc::procedural

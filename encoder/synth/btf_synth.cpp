@@ -86,8 +86,8 @@ class Coder {
 };
 
 // All images of one view under the lights first … first + lights.size() - 1.
-void photograph(const Relief& relief, const LightMaps& maps, std::span<const GridDirection> lights,
-                std::size_t first, std::size_t view, const GridDirection& towards, const Coder& coder,
+void photograph(const Relief& relief, const LightMaps& maps, std::span<const ReliefDirection> lights,
+                std::size_t first, std::size_t view, const ReliefDirection& towards, const Coder& coder,
                 Dataset& dataset) {
   const DatasetInfo& info = dataset.info();
   const std::size_t samples = info.image_samples();
@@ -141,8 +141,8 @@ Result<Dataset> synthesize_btf(std::string_view kind, const BtfSynthOptions& opt
     Result<Dataset> dataset = Dataset::create(std::move(info), options.scratch_directory);
     if (!dataset) return dataset.error();
 
-    std::vector<GridDirection> directions;
-    for (const Direction& d : dataset->info().views) directions.push_back(grid_direction(d));
+    std::vector<ReliefDirection> directions;
+    for (const Direction& d : dataset->info().views) directions.push_back(relief_direction(d));
     const BounceRays rays(*relief);
     const Coder coder(options.type);
     const std::size_t total = directions.size() * directions.size();

@@ -107,7 +107,8 @@ typedef struct btfc_file_info {
   uint32_t chunks;
   uint64_t file_bytes;
   uint64_t payload_bits; /* = the model's formula */
-  uint64_t memory_bits;  /* what a loaded texture holds */
+  uint64_t memory_bits;  /* of words and planes, as a GPU holds them; on the CPU a map of three channels
+                            keeps its sample a second time without padding, 3/4 of its plane */
 } btfc_file_info;
 
 BTFC_API btfc_result btfc_reader_info(const btfc_reader* reader, btfc_file_info* info_ret);

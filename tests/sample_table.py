@@ -2,11 +2,13 @@
 """A table of textures made from automatically chosen samples: rates beside sharpness, spectrum and seams.
 
 sample_table.py --btfc PATH --data DIR --out FILE.md [--samples 128,256] [--size 1024] [--only NAME,…]
-                [--tau T] [--tries N] [--wb N] [--we N] [--seed N] [--blend NAME] [--pictures FOLDER]
+                [--astc] [--tau T] [--tries N] [--wb N] [--we N] [--seed N] [--blend NAME] [--pictures FOLDER]
 
 Each picture becomes a texture of --size a side by image quilting, from a sample of --sample auto. PSNR and SSIM are
 over the common top left part; a synthesised texture is not aligned with it, they only show that these measures say
-nothing here. With --pictures the decoded textures are kept. Nothing is judged; run by hand.
+nothing here. With --pictures the decoded textures are kept. --astc adds what competes at these rates, the picture at
+half resolution as ASTC 8x8 (0.50 bits), scaled up bilinearly. Nothing is judged; run by hand. Debian packages for
+--astc: astcenc python3-skimage.
 """
 
 import argparse
@@ -67,6 +69,25 @@ def row_of(command, name, picture, side, options, more, folder):
             f"{saved} ({100 * saved / made['formula_bits']:.1f} %)", number(made["seconds"], 2)]
 
 
+def half_resolution(command, name, picture, folder):
+    from skimage import io, transform
+    import numpy
+    whole = io.imread(picture)[..., :3] / 255
+    height, width = (n // 2 for n in whole.shape[:2])
+    whole = whole[:2 * height, :2 * width]
+    paths = {key: folder / f"{key}.png" for key in ("whole", "half", "coded", "up")}
+    save = lambda key, image: io.imsave(paths[key], numpy.round(255 * image).astype(numpy.uint8), check_contrast=False)
+    save("whole", whole)
+    save("half", whole.reshape(height, 2, width, 2, 3).mean((1, 3)))
+    subprocess.run(["astcenc", "-tl", paths["half"], paths["coded"], "8x8", "-medium"], check=True,
+                   stdout=subprocess.DEVNULL)
+    coded = io.imread(paths["coded"])[..., :3] / 255
+    save("up", transform.resize(coded, (2 * height, 2 * width), order=1, mode="edge", anti_aliasing=False))
+    found = command.json("compare", paths["whole"], paths["up"], "--statistics")
+    return [name, "ASTC 8x8 of half the resolution", "", "0.5000", "", f"{found['gradient_kept']:.3f}", "-",
+            f"{found['spectrum_distance']:.3f}", f"{found['psnr_db']:.2f}", f"{found['ssim']:.3f}", "", "", ""]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--btfc", required=True)
@@ -76,6 +97,7 @@ def main():
     parser.add_argument("--size", type=int, default=1024)
     parser.add_argument("--only", default=",".join(PICTURES))
     parser.add_argument("--pictures", type=Path)
+    parser.add_argument("--astc", action="store_true")
     for name in ("tau", "wb", "we", "seed", "blend", "tries"):
         parser.add_argument("--" + name)
     options = parser.parse_args()
@@ -90,6 +112,10 @@ def main():
                 row = row_of(command, name, options.data / PICTURES[name], side, options, more, Path(folder))
                 lines.append("| " + " | ".join(row) + " |")
                 print(lines[-1], flush=True)
+        for name in options.only.split(",") if options.astc else []:
+            row = half_resolution(command, name, options.data / PICTURES[name], Path(folder))
+            lines.append("| " + " | ".join(row) + " |")
+            print(lines[-1], flush=True)
     options.out.write_text("\n".join(lines) + "\n")
 
 

@@ -169,7 +169,8 @@ void repair_hashes(Bytes& file) {
     if (offset > file.size() || stored > file.size() - offset || raw_bytes > kMaxChunkBytes) continue;
     const unsigned codec = load_u16(p + 6);
     if (codec > 1) continue;
-    const Result<Bytes> raw = decode_chunk({&file[offset], stored}, static_cast<Codec>(codec), raw_bytes);
+    const Result<Bytes> raw =
+        decode_chunk({file.data() + offset, stored}, static_cast<Codec>(codec), raw_bytes);
     if (raw) store_u64(p + 32, content_hash(*raw));
   }
   store_directory_hash(file, count);

@@ -129,22 +129,60 @@ btfc_sample sample_of(const Map& map) { return static_cast<btfc_sample>(map.type
 
 bool good_sample(btfc_sample sample) { return sample >= BTFC_UNORM8 && sample <= BTFC_FLOAT32; }
 
-// One texel through the reference, in any sample type.
-void store_texel(const btfc_texture& texture, std::uint32_t map, std::int32_t x, std::int32_t y,
-                 btfc_sample sample, std::uint8_t* out) {
-  const Map& m = texture.item.head.maps[map];
+BtfcQuery query_of(const btfc_directions* directions) {
   BtfcQuery query{};
-  query.texel = ivec2(x, y);
+  if (directions == nullptr) {
+    query.view = query.light = vec3(0, 0, 1);
+    return query;
+  }
+  const btfc_directions& d = *directions;
+  query.level = d.level;
+  query.view = vec3(d.view[0], d.view[1], d.view[2]);
+  query.light = vec3(d.light[0], d.light[1], d.light[2]);
+  query.footprint = d.footprint;
+  return query;
+}
+
+// One texel through the reference, in any sample type.
+void store_texel(const btfc_texture& texture, std::uint32_t map, const BtfcQuery& query, btfc_sample sample,
+                 std::uint8_t* out) {
+  const Map& m = texture.item.head.maps[map];
   const vec4 value = texture.model->eval(texture.item, map, query);
   for (std::uint32_t c = 0; c < m.channels; ++c) {
     const float v = value[static_cast<int>(c)];
-    store_code(sample_of(m), code_of(sample_of(m), v), sample, out + c * bytes_of(sample));
+    std::uint8_t* to = out + c * bytes_of(sample);
+    if (texture.model->exact_codes) {
+      store_code(sample_of(m), code_of(sample_of(m), v), sample, to);
+    } else {
+      store_value(v, sample, to);
+    }
   }
 }
 
 bool inside(const Head& head, std::int32_t x, std::int32_t y, std::uint32_t width, std::uint32_t height) {
   return x >= 0 && y >= 0 && std::uint64_t(x) + width <= head.width &&
          std::uint64_t(y) + height <= head.height;
+}
+
+// A rectangle inside the texture by the model's runs of values, rounded to samples row by row.
+void decode_values_inside(const btfc_texture& texture, std::uint32_t map, BtfcQuery query,
+                          std::uint32_t width, std::uint32_t height, btfc_sample sample, std::uint8_t* out,
+                          std::size_t row_stride) {
+  const std::vector<float> state = texture.model->begin_values(texture.item, map, query);
+  std::vector<float> row(std::size_t{width} * texture.item.head.maps[map].channels);
+  for (std::uint32_t r = 0; r < height; ++r, ++query.texel.y) {
+    texture.model->decode_values(texture.item, map, state, query, width, row.data());
+    std::uint8_t* to = out + r * row_stride;
+    if (sample == BTFC_FLOAT32) {
+      std::memcpy(to, row.data(), 4 * row.size());
+      continue;
+    }
+    const std::size_t bytes = bytes_of(sample);
+    for (const float value : row) {
+      store_value(value, sample, to);
+      to += bytes;
+    }
+  }
 }
 
 // A rectangle inside the texture by the model's fast rows, converted row by row where another type is wanted.
@@ -173,6 +211,16 @@ void decode_inside(const btfc_texture& texture, std::uint32_t map, std::uint32_t
       store_code(stored, code, sample, out + r * row_stride + s * bytes_of(sample));
     }
   }
+}
+
+// A direction of a list; of a model without directions the normal.
+void write_direction(const std::vector<DirectionPoint>& points, std::uint32_t index, float direction[3]) {
+  const double x = points.empty() ? 0 : points[index].x / double{kPointUnit};
+  const double y = points.empty() ? 0 : points[index].y / double{kPointUnit};
+  const double square = x * x + y * y;
+  direction[0] = static_cast<float>(2 * x / (1 + square));
+  direction[1] = static_cast<float>(2 * y / (1 + square));
+  direction[2] = static_cast<float>((1 - square) / (1 + square));
 }
 
 }  // namespace
@@ -294,12 +342,18 @@ btfc_result btfc_verify(const btfc_source* source, const btfc_options* options, 
   });
 }
 
-btfc_result btfc_texture_load(btfc_reader* reader, btfc_texture** texture_ret, btfc_error* error) {
+btfc_result btfc_texture_load(btfc_reader* reader, const btfc_selection* selection,
+                              btfc_texture** texture_ret, btfc_error* error) {
   if (texture_ret == nullptr) return bad(error, "texture_ret is NULL");
   *texture_ret = nullptr;
   if (reader == nullptr) return bad(error, "reader is NULL");
+  if (selection != nullptr && selection->struct_size < sizeof(btfc_selection))
+    return bad(error, "selection->struct_size is smaller than btfc_selection");
+  std::uint32_t levels = kAllLevels;
+  if (selection != nullptr && selection->levels != 0) levels = selection->levels;
+  if (selection != nullptr && selection->coarsest != 0) levels = 0;
   return guarded(error, [&] {
-    Result<LoadedItem> item = load_item(reader->bytes, reader->file);
+    Result<LoadedItem> item = load_item(reader->bytes, reader->file, levels);
     if (!item) return report(item.error(), error);
     auto* texture = new btfc_texture;
     texture->item = *std::move(item);
@@ -322,6 +376,35 @@ btfc_result btfc_texture_map_info(const btfc_texture* texture, uint32_t map, btf
   if (texture == nullptr || info_ret == nullptr || map >= btfc_texture_maps(texture)) return bad(nullptr, "");
   const Map& m = texture->item.head.maps[map];
   *info_ret = {m.name.c_str(), m.channels, sample_of(m), name_of(m.colour_space), static_cast<int>(m.alpha)};
+  return BTFC_OK;
+}
+
+uint32_t btfc_texture_views(const btfc_texture* texture) { return texture->item.head.views; }
+uint32_t btfc_texture_lights(const btfc_texture* texture) { return texture->item.head.lights; }
+uint32_t btfc_texture_pairs(const btfc_texture* texture) { return texture->item.head.pairs; }
+
+btfc_result btfc_texture_view(const btfc_texture* texture, uint32_t view, float direction[3]) {
+  if (texture == nullptr || direction == nullptr || view >= btfc_texture_views(texture))
+    return bad(nullptr, "");
+  write_direction(texture->item.directions.views, view, direction);
+  return BTFC_OK;
+}
+
+btfc_result btfc_texture_light(const btfc_texture* texture, uint32_t light, float direction[3]) {
+  if (texture == nullptr || direction == nullptr || light >= btfc_texture_lights(texture))
+    return bad(nullptr, "");
+  write_direction(texture->item.directions.lights, light, direction);
+  return BTFC_OK;
+}
+
+btfc_result btfc_texture_pair(const btfc_texture* texture, uint32_t pair, uint32_t* view_ret,
+                              uint32_t* light_ret) {
+  if (texture == nullptr || view_ret == nullptr || light_ret == nullptr ||
+      pair >= btfc_texture_pairs(texture))
+    return bad(nullptr, "");
+  const std::vector<ViewLight>& pairs = texture->item.directions.pairs;
+  *view_ret = pairs.empty() ? 0 : pairs[pair].view;
+  *light_ret = pairs.empty() ? 0 : pairs[pair].light;
   return BTFC_OK;
 }
 
@@ -358,8 +441,8 @@ btfc_result btfc_eval(const btfc_texture* texture, btfc_scratch*, const btfc_que
 }
 
 btfc_result btfc_decode_texels(const btfc_texture* texture, btfc_scratch*, uint32_t map,
-                               const int32_t* texels, size_t count, btfc_sample sample, void* out,
-                               size_t out_size) {
+                               const btfc_directions* directions, const int32_t* texels, size_t count,
+                               btfc_sample sample, void* out, size_t out_size) {
   if (count == 0) return BTFC_OK;
   if (texture == nullptr || texels == nullptr || out == nullptr || map >= btfc_texture_maps(texture) ||
       !good_sample(sample)) {
@@ -373,16 +456,18 @@ btfc_result btfc_decode_texels(const btfc_texture* texture, btfc_scratch*, uint3
                                   static_cast<std::uint8_t*>(out));
     return BTFC_OK;
   }
+  BtfcQuery query = query_of(directions);
   for (size_t q = 0; q < count; ++q) {
-    store_texel(*texture, map, texels[2 * q], texels[2 * q + 1], sample,
-                static_cast<std::uint8_t*>(out) + q * texel_bytes);
+    query.texel = ivec2(texels[2 * q], texels[2 * q + 1]);
+    store_texel(*texture, map, query, sample, static_cast<std::uint8_t*>(out) + q * texel_bytes);
   }
   return BTFC_OK;
 }
 
-btfc_result btfc_decode_rect(const btfc_texture* texture, btfc_scratch*, uint32_t map, int32_t x, int32_t y,
-                             uint32_t width, uint32_t height, btfc_sample sample, void* out,
-                             size_t row_stride, size_t out_size) {
+btfc_result btfc_decode_rect(const btfc_texture* texture, btfc_scratch*, uint32_t map,
+                             const btfc_directions* directions, int32_t x, int32_t y, uint32_t width,
+                             uint32_t height, btfc_sample sample, void* out, size_t row_stride,
+                             size_t out_size) {
   if (width == 0 || height == 0) return BTFC_OK;
   if (texture == nullptr || out == nullptr || map >= btfc_texture_maps(texture) || !good_sample(sample)) {
     return bad(nullptr, "");
@@ -403,11 +488,17 @@ btfc_result btfc_decode_rect(const btfc_texture* texture, btfc_scratch*, uint32_
                     height, sample, bytes, row_stride);
       return BTFC_OK;
     }
+    BtfcQuery query = query_of(directions);
+    if (texture->model->decode_values != nullptr && inside(texture->item.head, x, y, width, height)) {
+      query.texel = ivec2(x, y);
+      decode_values_inside(*texture, map, query, width, height, sample, bytes, row_stride);
+      return BTFC_OK;
+    }
     for (std::uint32_t r = 0; r < height; ++r) {
       for (std::uint32_t c = 0; c < width; ++c) {
-        store_texel(*texture, map, static_cast<std::int32_t>(x + std::int64_t{c}),
-                    static_cast<std::int32_t>(y + std::int64_t{r}), sample,
-                    bytes + r * row_stride + c * texel_bytes);
+        query.texel = ivec2(static_cast<std::int32_t>(x + std::int64_t{c}),
+                            static_cast<std::int32_t>(y + std::int64_t{r}));
+        store_texel(*texture, map, query, sample, bytes + r * row_stride + c * texel_bytes);
       }
     }
     return BTFC_OK;

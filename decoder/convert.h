@@ -48,6 +48,20 @@ inline void store_code(btfc_sample from, std::uint32_t code, btfc_sample to, std
   }
 }
 
+// A computed value as a sample: to 8 and 16 bits clamped and rounded, to half floats rounded and kept finite.
+inline void store_value(float value, btfc_sample to, std::uint8_t* out) {
+  if (to == BTFC_FLOAT32) {
+    std::memcpy(out, &value, 4);
+  } else if (to == BTFC_UNORM8) {
+    *out = static_cast<std::uint8_t>(to_unorm(value, 255.0f));
+  } else {
+    const auto code = static_cast<std::uint16_t>(
+        to == BTFC_UNORM16 ? to_unorm(value, 65535.0f)
+                           : btfc_float_to_half(std::clamp(value, -65504.0f, 65504.0f)));
+    std::memcpy(out, &code, 2);
+  }
+}
+
 // The code that a value of a stored type came from: exact, since c / 255, c / 65535 and halves are apart in
 // binary32.
 inline std::uint32_t code_of(btfc_sample type, float value) {

@@ -7,6 +7,7 @@
 #include "decoder/patch_rows.h"
 #include "format/model_table.h"
 #include "shaders/models/patch.h"
+#include "shaders/models/pca.h"
 
 namespace btfc {
 namespace {
@@ -23,8 +24,13 @@ vec4 patch_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& 
   return patch_eval(words_of(item), params_of<PatchParams>(item, map), query);
 }
 
+vec4 pca_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  return pca_eval(words_of(item), params_of<PcaParams>(item, map), query);
+}
+
 const DecoderModel kDecoders[] = {
-    {ModelId::patch, patch_eval_cpu, patch_make_tables, patch_decode_rows, patch_decode_texels},
+    {ModelId::patch, patch_eval_cpu, true, patch_make_tables, patch_decode_rows, patch_decode_texels},
+    {ModelId::pca, pca_eval_cpu, false},
 };
 static_assert(std::size(kDecoders) == kModelCount);
 

@@ -13,17 +13,29 @@ struct DecoderModel {
   ModelId id;
   // The reference: the shared header of shaders/models/, compiled here. Any query, any thread.
   vec4 (*eval)(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query);
-  // Optional: numbers that the fast paths want precomputed; made once at load. Null: none.
-  std::vector<std::uint64_t> (*make_tables)(const LoadedItem& item);
+  // Whether eval's values are those of stored codes, exactly; otherwise they are computed and rounded to
+  // codes where codes are asked for (spec/btfc.md section 6).
+  bool exact_codes;
+
+  // Of models with exact codes. Optional: numbers that the fast paths want precomputed; made once at load.
+  std::vector<std::uint64_t> (*make_tables)(const LoadedItem& item) = nullptr;
   // Optional second implementation for rectangles inside the texture: samples in the map's own type, channels
   // interleaved, rows row_stride bytes apart. A test holds it against eval. Null: the generic loop is used.
   void (*decode_rows)(const LoadedItem& item, const std::vector<std::uint64_t>& tables, std::uint32_t map,
                       std::uint32_t x, std::uint32_t y, std::uint32_t width, std::uint32_t height,
-                      std::uint8_t* out, std::size_t row_stride);
+                      std::uint8_t* out, std::size_t row_stride) = nullptr;
   // Optional second implementation for texels anywhere: (x, y) pairs, samples as for decode_rows, tightly
   // packed.
   void (*decode_texels)(const LoadedItem& item, const std::vector<std::uint64_t>& tables, std::uint32_t map,
-                        const std::int32_t* texels, std::size_t count, std::uint8_t* out);
+                        const std::int32_t* texels, std::size_t count, std::uint8_t* out) = nullptr;
+
+  // Of models with computed values. Optional second implementation for a run of texels of one row inside the
+  // texture, all under query's directions, beginning at query's texel: channels interleaved, tightly packed.
+  // `state` is what begin_values made for these directions. A test holds it against eval.
+  std::vector<float> (*begin_values)(const LoadedItem& item, std::uint32_t map,
+                                     const BtfcQuery& query) = nullptr;
+  void (*decode_values)(const LoadedItem& item, std::uint32_t map, const std::vector<float>& state,
+                        const BtfcQuery& query, std::uint32_t width, float* out) = nullptr;
 };
 
 const DecoderModel& decoder_model(ModelId id);

@@ -5,12 +5,14 @@
 
 #include "encoder/models/patch_fit.h"
 #include "encoder/models/patch_joins.h"
+#include "encoder/models/pca_fit.h"
 
 namespace btfc {
 namespace {
 
 const Fitter kFitters[] = {
-    {ModelId::patch, kPatchFitOptions, patch_fit, patch_file_joins},
+    {ModelId::patch, InputKind::images, kPatchFitOptions, patch_fit, patch_file_joins},
+    {ModelId::pca, InputKind::dataset, kPcaFitOptions, pca_fit, nullptr},
 };
 static_assert(std::size(kFitters) == kModelCount);
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "encoder/dataset/dataset.h"
 #include "encoder/image.h"
 #include "encoder/metrics/texture_statistics.h"
 #include "format/chunk.h"
@@ -22,8 +23,12 @@ struct NamedImage {
   Image image;
 };
 
+// What a model is fitted to.
+enum class InputKind { images, dataset };
+
 struct FitInput {
-  std::vector<NamedImage> maps;  // at least one, all of one size
+  std::vector<NamedImage> maps;      // InputKind::images: at least one, all of one size
+  const Dataset* dataset = nullptr;  // InputKind::dataset: not null
 };
 
 struct FitSettings {
@@ -49,6 +54,7 @@ struct FitResult {
 
 struct Fitter {
   ModelId id;
+  InputKind input;
   std::span<const OptionSpec> options;
   // Deterministic: the same input, options and seed give the same chunks on any number of threads.
   Result<FitResult> (*fit)(const FitInput&, const FitSettings&);

@@ -61,7 +61,9 @@ Result<Bytes> read_chunk(const ByteSource& source, const IndexEntry& entry);
 Result<OpenedFile> open_file(const ByteSource& source, const ReadLimits& limits = {});
 
 // Reads the payload and turns it into words and planes; the model's content rules.
-Result<LoadedItem> load_item(const ByteSource& source, const OpenedFile& file);
+// Chunks of a higher level than `levels` stay unread.
+Result<LoadedItem> load_item(const ByteSource& source, const OpenedFile& file,
+                             std::uint32_t levels = kAllLevels);
 
 // META's entries; empty where there is none.
 Result<Meta> read_file_meta(const ByteSource& source, const Directory& directory);

@@ -169,7 +169,9 @@ std::string key_text(const ChunkKey& k) {
 // Rules D11 and D12: the critical chunks are exactly those that HEAD and PARM demand.
 std::optional<Error> demand_fault(const Directory& directory, const ModelFormat& model,
                                   std::vector<ChunkSpec> expected, std::uint64_t head_bytes) {
-  expected.insert(expected.begin(), {{kHead, kCritical}, head_bytes});
+  expected.push_back({{kHead, kCritical}, head_bytes});
+  std::sort(expected.begin(), expected.end(),
+            [](const ChunkSpec& a, const ChunkSpec& b) { return a.key.order() < b.key.order(); });
   for (std::size_t i = 0; i < directory.entries.size(); ++i) {
     const IndexEntry& e = directory.entries[i];
     if ((e.key.flags & kCritical) && !is_known_type(e.key.type, model)) {
@@ -298,17 +300,17 @@ Result<OpenedFile> open_file(const ByteSource& source, const ReadLimits& limits)
   const ModelFormat& model = *find_model(head->model);
   Result<Layout> layout = model.layout(*head, *parm);
   if (!layout) return layout.error();
-  if (auto fault = demand_fault(*directory, model, layout->payload, head_raw->size())) return *fault;
+  if (auto fault = demand_fault(*directory, model, layout->chunks, head_raw->size())) return *fault;
   return OpenedFile{*std::move(directory), *std::move(head), *std::move(parm), *std::move(layout)};
 }
 
-Result<LoadedItem> load_item(const ByteSource& source, const OpenedFile& file) {
+Result<LoadedItem> load_item(const ByteSource& source, const OpenedFile& file, std::uint32_t levels) {
   const ChunkReader reader = [&](const ChunkKey& key) -> Result<Bytes> {
     const IndexEntry* entry = find_entry(file.directory, key);
     if (entry == nullptr) return invalid("D12", 0, "there is no chunk " + key_text(key));
     return read_chunk(source, *entry);
   };
-  return find_model(file.head.model)->load(file.head, file.parm, reader);
+  return find_model(file.head.model)->load(file.head, file.parm, reader, levels);
 }
 
 Result<Meta> read_file_meta(const ByteSource& source, const Directory& directory) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "format/directions.h"
 #include "format/head.h"
 
 namespace btfc {
@@ -27,6 +28,7 @@ struct LoadedItem {
   std::array<std::vector<std::uint32_t>, kWordSlots> words;
   std::vector<std::vector<std::uint32_t>> map_params;  // one params struct a map, as 32-bit words
   std::vector<Plane> planes;
+  Directions directions;  // empty lists where the model has no directions
 };
 
 }  // namespace btfc

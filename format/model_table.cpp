@@ -2,6 +2,7 @@
 #include "format/model_table.h"
 
 #include "format/models/patch_payload.h"
+#include "format/models/pca_payload.h"
 
 namespace btfc {
 namespace {
@@ -9,6 +10,8 @@ namespace {
 const ModelFormat kModels[] = {
     {ModelId::patch, "patch", "sample + patch coordinates + minimum error boundary cuts",
      "spec/models/patch.md", kPatchChunkTypes, kPatchSizeOptions, patch_describe, patch_layout, patch_load},
+    {ModelId::pca, "pca", "PCA of the whole BTF: mean image, eigenimages, weights of each pair of directions",
+     "spec/models/pca.md", kPcaChunkTypes, kPcaSizeOptions, pca_describe, pca_layout, pca_load},
 };
 static_assert(std::size(kModels) == kModelCount);
 

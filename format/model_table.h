@@ -15,24 +15,32 @@
 
 namespace btfc {
 
-// A count as the model's paper prints it, beside ours.
-struct PaperCount {
-  const char* name;
-  std::uint64_t bits;
-};
-
 struct Parameter {
   std::string name, value;
   bool number = true;  // how JSON writes the value
 };
 
+// A count as the model's paper prints it, beside ours.
+struct PaperCount {
+  const char* name;
+  std::uint64_t bits;
+  std::vector<Parameter> counts = {};  // what else the paper counts: values, ratios
+};
+
+// What decoding a texel under given directions costs (spec/tables.md section 6), weights of directions aside.
+struct TexelCost {
+  std::uint64_t operations = 0;  // multiplications and additions of the model's sums
+  std::uint64_t reads = 0;       // elements of tables and planes
+};
+
 // Everything that follows from HEAD and PARM alone.
 struct Layout {
-  std::vector<ChunkSpec> payload;  // PARM included, in canonical order
+  std::vector<ChunkSpec> chunks;   // all critical ones but HEAD, in any order
   std::uint64_t formula_bits = 0;  // the spec page's closed formula, not a sum over payload
   std::uint64_t memory_bits = 0;
   std::vector<std::uint64_t> map_bits;  // of formula_bits, what each map of the head takes for itself
   std::optional<PaperCount> paper;
+  std::optional<TexelCost> cost;
   std::vector<Parameter> parameters;
 };
 
@@ -55,16 +63,20 @@ struct ModelFormat {
   Result<ItemDescription> (*describe)(const OptionValues&);
   // The derived sizes; checks the model's rules about HEAD and PARM.
   Result<Layout> (*layout)(const Head&, ByteView parm);
-  // Payload -> words and planes; checks the model's rules about contents.
-  Result<LoadedItem> (*load)(const Head&, ByteView parm, const ChunkReader&);
+  // Payload -> words and planes; checks the model's rules about contents. Chunks of a higher level than
+  // `levels` are not read, and the item answers without them; models without levels ignore it.
+  Result<LoadedItem> (*load)(const Head&, ByteView parm, const ChunkReader&, std::uint32_t levels);
 
   bool knows_type(std::uint32_t type) const {
     return std::find(chunk_types.begin(), chunk_types.end(), type) != chunk_types.end();
   }
 };
 
+// All levels, for ModelFormat::load.
+inline constexpr std::uint32_t kAllLevels = UINT32_MAX;
+
 // Every layer's table has this many rows, in this order; a missing row does not compile.
-inline constexpr std::size_t kModelCount = 1;
+inline constexpr std::size_t kModelCount = 2;
 
 std::span<const ModelFormat> models();
 const ModelFormat* find_model(ModelId id);

@@ -15,9 +15,12 @@
 namespace btfc {
 
 using glm::ivec2;
+using glm::max;
 using glm::min;
+using glm::sqrt;
 using glm::uint;
 using glm::uvec2;
+using glm::uvec3;
 using glm::uvec4;
 using glm::vec2;
 using glm::vec3;

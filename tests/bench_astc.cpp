@@ -168,7 +168,8 @@ int run(const char* path, double seconds) {
   const std::size_t texels = std::size_t{picture.width} * picture.height;
   picture.rgb.resize(size);
   const auto decode = [&](std::vector<std::uint8_t>& to) {
-    btfc_decode_rect(t, nullptr, 0, 0, 0, picture.width, picture.height, BTFC_UNORM8, to.data(), row, size);
+    btfc_decode_rect(t, nullptr, 0, nullptr, 0, 0, picture.width, picture.height, BTFC_UNORM8, to.data(), row,
+                     size);
   };
   decode(picture.rgb);
 
@@ -211,10 +212,10 @@ int run(const char* path, double seconds) {
   std::vector<std::uint8_t> out(3 * kRandomTexels), expected(3 * kRandomTexels);
   const auto singles = [&] {
     for (std::size_t i = 0; i < kRandomTexels; ++i)
-      btfc_decode_texels(t, nullptr, 0, &at[2 * i], 1, BTFC_UNORM8, &out[3 * i], 3);
+      btfc_decode_texels(t, nullptr, 0, nullptr, &at[2 * i], 1, BTFC_UNORM8, &out[3 * i], 3);
   };
   const auto batch = [&] {
-    btfc_decode_texels(t, nullptr, 0, at.data(), kRandomTexels, BTFC_UNORM8, out.data(), out.size());
+    btfc_decode_texels(t, nullptr, 0, nullptr, at.data(), kRandomTexels, BTFC_UNORM8, out.data(), out.size());
   };
   const auto raw = [&] {
     for (std::size_t i = 0; i < kRandomTexels; ++i)

@@ -51,7 +51,7 @@ TEST_P(EveryModel, RectanglesTexelsAndQueriesAgree) {
           const std::size_t stride = w * texel + 3;
           Bytes rect(stride * h, 0xCD);
           ASSERT_EQ(
-              btfc_decode_rect(t.get(), nullptr, m, r.x, r.y, static_cast<std::uint32_t>(r.w),
+              btfc_decode_rect(t.get(), nullptr, m, nullptr, r.x, r.y, static_cast<std::uint32_t>(r.w),
                                static_cast<std::uint32_t>(r.h), sample, rect.data(), stride, rect.size()),
               BTFC_OK);
           std::vector<std::int32_t> at;
@@ -59,9 +59,9 @@ TEST_P(EveryModel, RectanglesTexelsAndQueriesAgree) {
             for (std::int32_t x = 0; x < r.w; ++x) at.insert(at.end(), {r.x + x, r.y + y});
           }
           Bytes texels(w * h * texel, 0xCD);
-          ASSERT_EQ(
-              btfc_decode_texels(t.get(), nullptr, m, at.data(), w * h, sample, texels.data(), texels.size()),
-              BTFC_OK);
+          ASSERT_EQ(btfc_decode_texels(t.get(), nullptr, m, nullptr, at.data(), w * h, sample, texels.data(),
+                                       texels.size()),
+                    BTFC_OK);
           for (std::size_t y = 0; y < h; ++y) {
             ASSERT_EQ(std::memcmp(&rect[y * stride], &texels[y * w * texel], w * texel), 0)
                 << path << " map " << m << " sample " << sample << " row " << y;
@@ -104,7 +104,7 @@ TEST_P(EveryModel, RandomTexelsOutside) {
     ASSERT_EQ(btfc_texture_map_info(t.get(), 0, &info), BTFC_OK);
     const std::size_t texel = info.channels * kSampleBytes[BTFC_FLOAT32];
     Bytes whole(static_cast<std::size_t>(size[0] * size[1]) * texel);
-    ASSERT_EQ(btfc_decode_rect(t.get(), nullptr, 0, 0, 0, static_cast<std::uint32_t>(size[0]),
+    ASSERT_EQ(btfc_decode_rect(t.get(), nullptr, 0, nullptr, 0, 0, static_cast<std::uint32_t>(size[0]),
                                static_cast<std::uint32_t>(size[1]), BTFC_FLOAT32, whole.data(),
                                static_cast<std::size_t>(size[0]) * texel, whole.size()),
               BTFC_OK);
@@ -115,8 +115,8 @@ TEST_P(EveryModel, RandomTexelsOutside) {
         // Near and far: the number of bits is random too.
         at[i] = static_cast<std::int32_t>(static_cast<std::uint32_t>(random())) >> (random() % 32);
       }
-      ASSERT_EQ(btfc_decode_texels(t.get(), nullptr, 0, at.data(), kBatch, BTFC_FLOAT32, found.data(),
-                                   found.size()),
+      ASSERT_EQ(btfc_decode_texels(t.get(), nullptr, 0, nullptr, at.data(), kBatch, BTFC_FLOAT32,
+                                   found.data(), found.size()),
                 BTFC_OK);
       for (std::size_t q = 0; q < kBatch; ++q) {
         std::int64_t inside[2];
@@ -139,8 +139,9 @@ TEST_P(EveryModel, ManyThreadsReadOneTexture) {
   ASSERT_TRUE(t);
   const auto whole = [&] {
     std::vector<float> values(std::size_t{btfc_texture_width(t.get())} * btfc_texture_height(t.get()) * 4);
-    btfc_decode_rect(t.get(), nullptr, 0, 0, 0, btfc_texture_width(t.get()), btfc_texture_height(t.get()),
-                     BTFC_FLOAT32, values.data(), btfc_texture_width(t.get()) * 16, values.size() * 4);
+    btfc_decode_rect(t.get(), nullptr, 0, nullptr, 0, 0, btfc_texture_width(t.get()),
+                     btfc_texture_height(t.get()), BTFC_FLOAT32, values.data(),
+                     btfc_texture_width(t.get()) * 16, values.size() * 4);
     return values;
   };
   const std::vector<float> expected = whole();
@@ -236,7 +237,7 @@ TEST(PartialLoad, FailingReadsAreErrors) {  // eight reads: directory 2, HEAD, P
     btfc_texture* texture = nullptr;
     btfc_error error{};
     btfc_result result = btfc_reader_open(&source, nullptr, &reader, &error);
-    if (result == BTFC_OK) result = btfc_texture_load(reader, &texture, &error);
+    if (result == BTFC_OK) result = btfc_texture_load(reader, nullptr, &texture, &error);
     EXPECT_EQ(result, allowed < 8 ? BTFC_IO : BTFC_OK) << allowed;
     btfc_texture_free(texture);
     btfc_reader_free(reader);
@@ -252,7 +253,7 @@ TEST(Conversions, FollowTheSpec) {
     const Bytes file = encode("patch", image, {{"k", "1"}, {"we", "0"}, {"wb", std::to_string(image.width)}});
     const TexturePtr t = load(file);
     Bytes out(image.codes.size() * kSampleBytes[sample]);
-    btfc_decode_rect(t.get(), nullptr, 0, 0, 0, image.width, image.height, sample, out.data(),
+    btfc_decode_rect(t.get(), nullptr, 0, nullptr, 0, 0, image.width, image.height, sample, out.data(),
                      image.width * kSampleBytes[sample], out.size());
     return out;
   };
@@ -324,21 +325,22 @@ TEST(CallerErrors, AreResultsAndChangeNothing) {
   Bytes out(100, 0xCD);
   const auto rect = [&](std::uint32_t map, std::uint32_t w, std::uint32_t h, btfc_sample sample,
                         std::size_t stride, std::size_t size) {
-    return btfc_decode_rect(t.get(), nullptr, map, 0, 0, w, h, sample, out.data(), stride, size);
+    return btfc_decode_rect(t.get(), nullptr, map, nullptr, 0, 0, w, h, sample, out.data(), stride, size);
   };
   EXPECT_EQ(rect(1, 2, 2, BTFC_UNORM8, 6, 12), BTFC_BAD_ARGUMENT);
   EXPECT_EQ(rect(0, 2, 2, BTFC_UNORM8, 5, 12), BTFC_BAD_ARGUMENT);
   EXPECT_EQ(rect(0, 2, 2, BTFC_UNORM8, 6, 11), BTFC_BAD_ARGUMENT);
   EXPECT_EQ(rect(0, 2, 0xffffffff, BTFC_UNORM8, 6, 12), BTFC_BAD_ARGUMENT);
   EXPECT_EQ(rect(0, 2, 2, BTFC_UNORM8, std::numeric_limits<std::size_t>::max(), 12), BTFC_BAD_ARGUMENT);
-  EXPECT_EQ(btfc_decode_rect(t.get(), nullptr, 0, INT32_MAX, 0, 2, 1, BTFC_UNORM8, out.data(), 6, 6),
+  EXPECT_EQ(btfc_decode_rect(t.get(), nullptr, 0, nullptr, INT32_MAX, 0, 2, 1, BTFC_UNORM8, out.data(), 6, 6),
             BTFC_BAD_ARGUMENT);
   EXPECT_EQ(rect(0, 0, 2, BTFC_UNORM8, 0, 0), BTFC_OK);
   const std::int32_t at[2] = {0, 0};
-  EXPECT_EQ(btfc_decode_texels(t.get(), nullptr, 0, at, std::numeric_limits<std::size_t>::max(), BTFC_UNORM8,
-                               out.data(), 3),
+  EXPECT_EQ(btfc_decode_texels(t.get(), nullptr, 0, nullptr, at, std::numeric_limits<std::size_t>::max(),
+                               BTFC_UNORM8, out.data(), 3),
             BTFC_BAD_ARGUMENT);
-  EXPECT_EQ(btfc_decode_texels(nullptr, nullptr, 0, at, 1, BTFC_UNORM8, out.data(), 3), BTFC_BAD_ARGUMENT);
+  EXPECT_EQ(btfc_decode_texels(nullptr, nullptr, 0, nullptr, at, 1, BTFC_UNORM8, out.data(), 3),
+            BTFC_BAD_ARGUMENT);
   EXPECT_EQ(out, Bytes(100, 0xCD));
   EXPECT_EQ(btfc_reader_open_memory(nullptr, 5, nullptr, nullptr, nullptr), BTFC_BAD_ARGUMENT);
   btfc_options options{};

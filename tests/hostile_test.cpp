@@ -46,7 +46,7 @@ bool exercise(const Bytes& file) {
     std::vector<float> values(std::size_t{w} * h * 4);
     for (const auto& [x, y] : {std::pair(0u, 0u), std::pair(width - w, height - h)}) {
       const btfc_result result =
-          btfc_decode_rect(texture.get(), nullptr, m, static_cast<int>(x), static_cast<int>(y), w, h,
+          btfc_decode_rect(texture.get(), nullptr, m, nullptr, static_cast<int>(x), static_cast<int>(y), w, h,
                            BTFC_FLOAT32, values.data(), w * 16, values.size() * 4);
       EXPECT_EQ(result, BTFC_OK);
     }

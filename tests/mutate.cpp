@@ -84,8 +84,8 @@ bool decode_rect(const btfc_texture* t, std::uint32_t map, const std::array<std:
   const std::size_t row = r[2] * texel_bytes, size = row * r[3];
   out.resize(size / sizeof(T));
   if (size != 0) std::memset(out.data(), fill, size);
-  return btfc_decode_rect(t, nullptr, map, static_cast<int>(r[0]), static_cast<int>(r[1]), r[2], r[3], sample,
-                          out.data(), row, size) == BTFC_OK;
+  return btfc_decode_rect(t, nullptr, map, nullptr, static_cast<int>(r[0]), static_cast<int>(r[1]), r[2],
+                          r[3], sample, out.data(), row, size) == BTFC_OK;
 }
 
 // What is wrong with a rectangle of a map, or nullptr.
@@ -117,7 +117,7 @@ const char* rect_fault(const btfc_texture* t, std::uint32_t map, const std::arra
       return "btfc_eval and rect differ";
     const std::int32_t texel[2] = {query.x, query.y};
     std::uint8_t code[8];
-    if (btfc_decode_texels(t, nullptr, map, texel, 1, info.sample, code, bytes) != BTFC_OK)
+    if (btfc_decode_texels(t, nullptr, map, nullptr, texel, 1, info.sample, code, bytes) != BTFC_OK)
       return "btfc_decode_texels failed";
     if (std::memcmp(code, &codes[at * bytes], bytes) != 0) return "btfc_decode_texels and rect differ";
   }
@@ -196,7 +196,7 @@ const char* file_fault(const Mutant& mutant, const Seed& seed, Random& random, C
   btfc_reader* reader = nullptr;
   btfc_texture* texture = nullptr;
   btfc_result loaded = btfc_reader_open_memory(memory.data.get(), memory.size, &options, &reader, &error);
-  if (loaded == BTFC_OK) loaded = btfc_texture_load(reader, &texture, &error);
+  if (loaded == BTFC_OK) loaded = btfc_texture_load(reader, nullptr, &texture, &error);
   const std::unique_ptr<btfc_reader, ReaderFree> reader_owned(reader);
   const TexturePtr owned(texture);
   if ((loaded == BTFC_OK) != (texture != nullptr)) return "load's result and its texture disagree";

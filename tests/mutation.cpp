@@ -126,15 +126,15 @@ Bytes reshape(Random& random, const Seed& seed) {
     const Result<Layout> layout = model->layout(*head, parm);
     if (!layout) continue;
     std::uint64_t size = 0;
-    for (const ChunkSpec& spec : layout->payload) size += spec.raw_bytes;
+    for (const ChunkSpec& spec : layout->chunks) size += spec.raw_bytes;
     if (size > kMostReshapedBytes) continue;
 
     std::vector<RawChunk> chunks;
     for (const RawChunk& chunk : seed.chunks) {
-      if ((chunk.key.flags & kPayload) == 0)
+      if ((chunk.key.flags & kCritical) == 0 || chunk.key.type == kHead)
         chunks.push_back({chunk.key, chunk.key.type == kHead ? head_raw : chunk.raw});
     }
-    for (const ChunkSpec& spec : layout->payload)
+    for (const ChunkSpec& spec : layout->chunks)
       chunks.push_back({spec.key, spec.key.type == kParm ? parm : refill(random, seed.chunks, spec)});
     for (std::uint64_t n = random.below(4); n > 0; --n) {
       RawChunk& chunk = chunks[random.below(chunks.size())];

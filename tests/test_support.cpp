@@ -140,7 +140,7 @@ TexturePtr load(const Bytes& file, btfc_error* error) {
   if (btfc_reader_open_memory(file.data(), file.size(), nullptr, &reader, error) != BTFC_OK) return nullptr;
   const std::unique_ptr<btfc_reader, ReaderFree> owned(reader);
   btfc_texture* texture = nullptr;
-  if (btfc_texture_load(reader, &texture, error) != BTFC_OK) return nullptr;
+  if (btfc_texture_load(reader, nullptr, &texture, error) != BTFC_OK) return nullptr;
   return TexturePtr(texture);
 }
 

@@ -75,18 +75,21 @@ int run(Arguments& a) {
     at[2 * i + 1] = static_cast<std::int32_t>(random() % height);
   }
   std::vector<unsigned char> image(size), other(size), batch(kRandomTexels * texel_bytes);
-  btfc_decode_rect(t, nullptr, map, 0, 0, width, height, info.sample, image.data(), row, size);
+  btfc_decode_rect(t, nullptr, map, nullptr, 0, 0, width, height, info.sample, image.data(), row, size);
 
   std::vector<Contestant> all = {
       {"cpu_full_mtexel_s",
        texels,
-       [&] { btfc_decode_rect(t, nullptr, map, 0, 0, width, height, info.sample, other.data(), row, size); },
+       [&] {
+         btfc_decode_rect(t, nullptr, map, nullptr, 0, 0, width, height, info.sample, other.data(), row,
+                          size);
+       },
        {}},
       {"cpu_random_mtexel_s",
        kRandomTexels,
        [&] {
          for (std::size_t i = 0; i < kRandomTexels; ++i) {
-           btfc_decode_texels(t, nullptr, map, &at[2 * i], 1, info.sample, &batch[i * texel_bytes],
+           btfc_decode_texels(t, nullptr, map, nullptr, &at[2 * i], 1, info.sample, &batch[i * texel_bytes],
                               texel_bytes);
          }
        },
@@ -94,7 +97,7 @@ int run(Arguments& a) {
       {"cpu_batch_mtexel_s",
        kRandomTexels,
        [&] {
-         btfc_decode_texels(t, nullptr, map, at.data(), kRandomTexels, info.sample, batch.data(),
+         btfc_decode_texels(t, nullptr, map, nullptr, at.data(), kRandomTexels, info.sample, batch.data(),
                             batch.size());
        },
        {}},

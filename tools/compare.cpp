@@ -16,6 +16,7 @@
 #include "tools/compare_datasets.h"
 #include "tools/dataset_input.h"
 #include "tools/file_source.h"
+#include "tools/texture_dataset.h"
 #include "tools/texture_file.h"
 
 namespace btfc {
@@ -29,6 +30,14 @@ struct CompareArguments {
 };
 
 bool is_btfc(const std::string& path) { return file_extension(path) == "btfc"; }
+
+// Whether a side is seen under several directions.
+Result<bool> is_btf(const std::string& path) {
+  if (!is_btfc(path)) return is_dataset(path);
+  const Result<TexturePtr> texture = load_texture(path);
+  if (!texture) return texture.error();
+  return has_directions(texture->get());
+}
 
 Result<Image> read_side(const std::string& path, const std::string& map) {
   if (!is_btfc(path)) return read_image(path);
@@ -82,12 +91,18 @@ Result<MetricOptions> metric_options(const std::string& text) {
 }
 
 int compare_data(const CompareArguments& a, const MetricOptions& measures) {
-  const Result<DatasetRead> reference = a.dataset.read(a.a);
+  const auto side = [&](const std::string& path) -> Result<Dataset> {
+    if (is_btfc(path)) return decode_dataset_finely(path, a.dataset.scratch);
+    Result<DatasetRead> read = a.dataset.read(path);
+    if (!read) return read.error();
+    return std::move(read->dataset);
+  };
+  const Result<Dataset> reference = side(a.a);
   if (!reference) return fail("compare", reference.error());
-  const Result<DatasetRead> candidate = a.dataset.read(a.b);
+  const Result<Dataset> candidate = side(a.b);
   if (!candidate) return fail("compare", candidate.error());
   const Result<DatasetMetrics> m =
-      compare_datasets(reference->dataset, candidate->dataset, {measures, progress_line("comparing")});
+      compare_datasets(*reference, *candidate, {measures, progress_line("comparing")});
   if (!m) return fail("compare", m.error());
   const Json json = dataset_metrics_json(*m);
   if (const auto wrote = a.report.write(dataset_metrics_text(*m), json); !wrote)
@@ -116,7 +131,10 @@ int compare(const CompareArguments& arguments) {
   const auto stop = [](const Error& e) { return fail("compare", e); };
   const Result<MetricOptions> measures = metric_options(arguments.measures);
   if (!measures) return stop(measures.error());
-  if (is_dataset(arguments.a) || is_dataset(arguments.b)) {
+  const Result<bool> a_btf = is_btf(arguments.a), b_btf = is_btf(arguments.b);
+  if (!a_btf) return stop(a_btf.error());
+  if (!b_btf) return stop(b_btf.error());
+  if (*a_btf || *b_btf) {
     int code = kExitOk;
     run_on_threads(arguments.dataset.threads, [&] { code = compare_data(arguments, *measures); });
     return code;
@@ -195,7 +213,8 @@ Verb add_compare(CLI::App& app) {
   verb->add_option("A", a->a, "an image, a .btfc file or a data set (see convert): the reference")
       ->required();
   verb->add_option("B", a->b,
-                   "what A is: the candidate; gradient_kept is its mean gradient over that of A, "
+                   "what A is: the candidate, of a BTF also the .btfc file made of it; gradient_kept is its "
+                   "mean gradient over that of A, "
                    "of a .btfc file seam_ratio is the mean gradient at patch joins over that elsewhere")
       ->required();
   verb->add_option("--map", a->map, "the map of the .btfc files")->type_name("NAME");

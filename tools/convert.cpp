@@ -1,15 +1,12 @@
 // btfc convert: data sets from any format that is read to one that is written, whole or as tiles.
 #include <chrono>
 
-#include "encoder/image_file.h"
 #include "encoder/input/directory_files.h"
-#include "encoder/output/btf_exr_write.h"
-#include "encoder/output/ubo2003_write.h"
 #include "encoder/run_on_threads.h"
 #include "encoder/tiling/tile_search.h"
 #include "format/options.h"
-#include "tools/contact_sheet.h"
 #include "tools/dataset_input.h"
+#include "tools/dataset_output.h"
 
 namespace btfc {
 namespace {
@@ -20,13 +17,6 @@ struct Arguments {
   DatasetInput dataset;
   Report report;
 };
-
-Result<Done> write_dataset(const Dataset& dataset, const std::string& path, const Arguments& a) {
-  const std::string kind = file_extension(path);
-  if (kind == "png") return write_image(path, contact_sheet(dataset, a.sheet, a.repeats));
-  if (kind == "exr") return write_btf_exr(dataset, path, progress_line("writing"));
-  return write_ubo2003(path, dataset);
-}
 
 // OUT-2.exr for the second of several tiles, OUT-2 for a directory.
 std::string tile_path(const std::string& path, std::size_t number, std::size_t count) {
@@ -67,7 +57,8 @@ Result<Done> convert(const Arguments& a) {
   json["read_seconds"] = seconds();
   if (a.tile.empty()) {
     if (!a.output.empty()) {
-      if (const auto wrote = write_dataset(read->dataset, a.output, a); !wrote) return wrote.error();
+      if (const auto wrote = write_dataset(read->dataset, a.output, {a.sheet, a.repeats}); !wrote)
+        return wrote.error();
     }
   } else {
     const Result<TileSet> set = find_tiles(read->dataset, *wanted);
@@ -88,7 +79,7 @@ Result<Done> convert(const Arguments& a) {
       const Result<Dataset> tile = cut_tile(read->dataset, set->tiles[n], a.dataset.scratch);
       if (!tile) return tile.error();
       const std::string path = tile_path(a.output, n + 1, set->tiles.size());
-      if (const auto wrote = write_dataset(*tile, path, a); !wrote) return wrote.error();
+      if (const auto wrote = write_dataset(*tile, path, {a.sheet, a.repeats}); !wrote) return wrote.error();
     }
   }
   json["seconds"] = seconds();

@@ -1,17 +1,50 @@
 // btfc decode: a file's maps, or a region of them, as images. Decodes in bands: the texture is never held
 // whole.
+#include <charconv>
+#include <cmath>
+
 #include "encoder/image_file.h"
+#include "encoder/run_on_threads.h"
 #include "format/options.h"
 #include "tools/command.h"
+#include "tools/dataset_output.h"
+#include "tools/texture_dataset.h"
 #include "tools/texture_file.h"
 
 namespace btfc {
 namespace {
 
 struct Arguments {
-  std::string input, output, map, region;
+  std::string input, output, map, region, view, light, directions, scratch;
+  std::optional<std::uint32_t> levels;
+  unsigned threads = 0;
   Report report;
 };
+
+// "T,P" in degrees; empty: the normal.
+Result<Done> parse_direction(const char* name, const std::string& text, float (&direction)[3]) {
+  Direction d;
+  if (!text.empty()) {
+    const std::size_t comma = text.find(',');
+    const auto number = [](const std::string& part) -> std::optional<double> {
+      double value = 0;
+      const auto [end, code] = std::from_chars(part.data(), part.data() + part.size(), value);
+      if (code != std::errc() || end != part.data() + part.size() || !std::isfinite(value))
+        return std::nullopt;
+      return value;
+    };
+    const auto theta = comma == std::string::npos ? std::nullopt : number(text.substr(0, comma));
+    const auto phi = comma == std::string::npos ? std::nullopt : number(text.substr(comma + 1));
+    if (!theta || !phi || *theta < 0 || *theta > 90) {
+      return bad_argument(fmt::format(
+          "--{} is '{}', expected T,P: degrees from the normal, 0 to 90, and azimuth", name, text));
+    }
+    d = direction_from_degrees(*theta, *phi);
+  }
+  const Vector3 v = unit_vector(d);
+  for (std::size_t i = 0; i < 3; ++i) direction[i] = static_cast<float>(v[i]);
+  return Done{};
+}
 
 struct Region {
   std::int32_t x, y;
@@ -38,8 +71,8 @@ std::string output_path(const std::string& output, const char* map, bool several
   return output.substr(0, dot) + '-' + map + output.substr(dot);
 }
 
-Result<Done> write_map(const btfc_texture* texture, std::uint32_t map, const Region& region,
-                       const std::string& path) {
+Result<Done> write_map(const btfc_texture* texture, std::uint32_t map, const btfc_directions& directions,
+                       const Region& region, const std::string& path) {
   btfc_map_info info{};
   btfc_texture_map_info(texture, map, &info);
   ImageHeader header;
@@ -52,18 +85,50 @@ Result<Done> write_map(const btfc_texture* texture, std::uint32_t map, const Reg
   const std::size_t row = std::size_t{region.width} * info.channels * (info.sample == BTFC_UNORM8 ? 1 : 2);
   return write_image_rows(
       path, header, [&](std::uint32_t y, std::uint32_t count, std::uint8_t* codes) -> Result<Done> {
-        const btfc_result result =
-            btfc_decode_rect(texture, nullptr, map, region.x, region.y + static_cast<std::int32_t>(y),
-                             region.width, count, info.sample, codes, row, count * row);
+        const btfc_result result = btfc_decode_rect(texture, nullptr, map, &directions, region.x,
+                                                    region.y + static_cast<std::int32_t>(y), region.width,
+                                                    count, info.sample, codes, row, count * row);
         if (result != BTFC_OK) return Error{Status::out_of_memory, btfc_result_name(result), "", 0};
         return Done{};
       });
 }
 
+// All pairs of directions.
+int decode_all(const Arguments& a, const btfc_texture* texture) {
+  const auto stop = [](const Error& e) { return fail("decode", e); };
+  if (!a.map.empty() || !a.region.empty() || !a.view.empty() || !a.light.empty())
+    return stop(
+        bad_argument("--directions all decodes all there is, without --map, --region, --view, --light"));
+  Result<Done> done = Done{};
+  Json json;
+  run_on_threads(a.threads, [&] {
+    const Result<Dataset> dataset = decode_dataset(a.input, texture, std::nullopt, a.scratch);
+    done = dataset ? write_dataset(*dataset, a.output, {}) : Result<Done>(dataset.error());
+    if (!done) return;
+    json = {{"output", a.output},
+            {"width", dataset->info().width},
+            {"height", dataset->info().height},
+            {"pairs", dataset->info().pairs.size()}};
+  });
+  if (!done) return stop(done.error());
+  const auto wrote = a.report.write("", json);
+  return wrote ? kExitOk : stop(wrote.error());
+}
+
 int run(const Arguments& a) {
   const auto stop = [](const Error& e) { return fail("decode", e); };
-  const Result<TexturePtr> texture = load_texture(a.input);
+  btfc_selection selection{};
+  selection.struct_size = sizeof selection;
+  selection.levels = a.levels.value_or(0);
+  selection.coarsest = a.levels == 0u ? 1 : 0;
+  const Result<TexturePtr> texture = load_texture(a.input, &selection);
   if (!texture) return stop(texture.error());
+  if (!a.directions.empty()) return decode_all(a, texture->get());
+  btfc_directions directions{};
+  if (const auto parsed = parse_direction("view", a.view, directions.view); !parsed)
+    return stop(parsed.error());
+  if (const auto parsed = parse_direction("light", a.light, directions.light); !parsed)
+    return stop(parsed.error());
   const Result<Region> region = region_of(a.region, texture->get());
   if (!region) return stop(region.error());
   std::uint32_t first = 0, end = btfc_texture_maps(texture->get());
@@ -78,7 +143,8 @@ int run(const Arguments& a) {
     btfc_map_info info{};
     btfc_texture_map_info(texture->get(), m, &info);
     const std::string path = output_path(a.output, info.name, end - first > 1);
-    if (const auto wrote = write_map(texture->get(), m, *region, path); !wrote) return stop(wrote.error());
+    if (const auto wrote = write_map(texture->get(), m, directions, *region, path); !wrote)
+      return stop(wrote.error());
     files.push_back(
         {{"map", info.name}, {"output", path}, {"width", region->width}, {"height", region->height}});
   }
@@ -94,9 +160,25 @@ Verb add_decode(CLI::App& app) {
   verb->add_option("IN.btfc", a->input, "the file")->required();
   verb->add_option("-o,--output", a->output, "the image to write; of several maps, OUT-NAME.png each")
       ->required()
-      ->type_name("OUT.png|.exr");
+      ->type_name("OUT.png|.exr|DIR");
   verb->add_option("--map", a->map, "only this map")->type_name("NAME");
   verb->add_option("--region", a->region, "only these texels")->type_name("X,Y,W,H");
+  verb->add_option("--view", a->view, "of a BTF: the view in degrees, theta,phi (default 0,0)")
+      ->type_name("T,P");
+  verb->add_option("--light", a->light, "of a BTF: the light in degrees, theta,phi (default 0,0)")
+      ->type_name("T,P");
+  verb->add_option("--directions", a->directions,
+                   "of a BTF: every measured pair, to a directory named as in UBO2003, OUT.exr with a part a "
+                   "pair, or OUT.png as a contact sheet")
+      ->check(CLI::IsMember({"all"}))
+      ->type_name("all");
+  verb->add_option("--levels", a->levels, "only so many refinements after the coarsest level (default: all)")
+      ->type_name("N");
+  verb->add_option("--scratch", a->scratch, "of --directions: where samples are kept meanwhile")
+      ->type_name("DIR");
+  verb->add_option("--threads", a->threads, "of --directions: threads (default: all)")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
   a->report.attach(*verb);
   return {verb, [a] { return run(*a); }};
 }

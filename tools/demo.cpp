@@ -83,8 +83,8 @@ Result<Done> run(const std::string& out) {
       int rounds = 0;
       const auto decode_begin = Clock::now();
       do {
-        btfc_decode_rect(texture->get(), nullptr, 0, 0, 0, kTexture, kTexture, BTFC_UNORM8, rgb.data(),
-                         kTexture * 3, rgb.size());
+        btfc_decode_rect(texture->get(), nullptr, 0, nullptr, 0, 0, kTexture, kTexture, BTFC_UNORM8,
+                         rgb.data(), kTexture * 3, rgb.size());
         ++rounds;
       } while (seconds_since(decode_begin) < 0.1);
       const double rate = rounds * double{kTexture} * kTexture / seconds_since(decode_begin) / 1e6;

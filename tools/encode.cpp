@@ -2,10 +2,14 @@
 #include <chrono>
 
 #include "encoder/image_file.h"
+#include "encoder/input/directory_files.h"
 #include "encoder/model_table.h"
 #include "encoder/output/atomic_file.h"
+#include "encoder/run_on_threads.h"
 #include "format/container.h"
 #include "tools/command.h"
+#include "tools/dataset_input.h"
+#include "tools/size_report.h"
 
 namespace btfc {
 namespace {
@@ -15,8 +19,8 @@ struct Arguments {
   std::string output, model, codec = "zstd", colour_space;
   std::optional<int> level;
   std::string seed = "1";
-  unsigned threads = 0;
   OptionValues model_options;
+  DatasetInput dataset;
   Report report;
 };
 
@@ -60,6 +64,48 @@ Result<FitInput> read_inputs(const Arguments& a) {
   return input;
 }
 
+// Reads what the model is fitted to, and fits.
+Result<FitResult> fit_inputs(const Arguments& a, const Fitter& fit, const FitSettings& settings,
+                             double& read_seconds) {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto read = [&] {
+    read_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  if (fit.input == InputKind::images) {
+    if (a.dataset.given()) return bad_argument("--crop, --missing and --scratch are for models of data sets");
+    for (const std::string& path : a.inputs) {
+      if (file_extension(path).empty() && is_dataset(path))
+        return bad_argument(fmt::format("'{}' is a data set, model {} takes images", path, a.model));
+    }
+    const Result<FitInput> input = read_inputs(a);
+    if (!input) return input.error();
+    read();
+    return fit.fit(*input, settings);
+  }
+  if (a.inputs.size() != 1 || !a.maps.empty()) {
+    return bad_argument(
+        fmt::format("model {} takes one data set as INPUT (see 'btfc help convert'), and no --map", a.model));
+  }
+  if (!a.colour_space.empty()) return bad_argument("--colour-space is for images");
+  if (!is_dataset(a.inputs[0])) {
+    return bad_argument(
+        fmt::format("'{}' is no data set of a known kind, which model {} takes", a.inputs[0], a.model));
+  }
+  Result<FitResult> fitted = bad_argument("");
+  run_on_threads(a.dataset.threads, [&] {
+    const Result<DatasetRead> set = a.dataset.read(a.inputs[0]);
+    if (!set) {
+      fitted = set.error();
+      return;
+    }
+    read();
+    FitInput input;
+    input.dataset = &set->dataset;
+    fitted = fit.fit(input, settings);
+  });
+  return fitted;
+}
+
 int run(Arguments& a) {
   const auto stop = [](const Error& e) { return fail("encode", e); };
   const ModelFormat* model = find_model(a.model);
@@ -74,14 +120,13 @@ int run(Arguments& a) {
   const Result<PackOptions> pack = pack_options(a.codec, a.level);
   if (!pack) return stop(pack.error());
   const auto begin = std::chrono::steady_clock::now();
-  const Result<FitInput> input = read_inputs(a);
-  if (!input) return stop(input.error());
   FitSettings settings;
   settings.options = a.model_options;
   settings.seed = *seed;
-  settings.threads = a.threads;
+  settings.threads = a.dataset.threads;
   settings.progress = progress_line("encoding");
-  Result<FitResult> fitted = fit.fit(*input, settings);
+  double read_seconds = 0;
+  Result<FitResult> fitted = fit_inputs(a, fit, settings, read_seconds);
   if (!fitted) return stop(fitted.error());
 
   fitted->meta["btfc:writer"] = "btfc 0.1.0";
@@ -113,10 +158,16 @@ int run(Arguments& a) {
                {"formula_bits", check->layout.formula_bits},
                {"bits_per_texel", formula},
                {"bits_per_texel_file", on_disk},
-               {"seconds", seconds}};
+               {"seconds", seconds},
+               {"read_seconds", read_seconds}};
+  const Json sizes = size_json(check->head, check->layout);
+  for (const char* rate : {"bits_per_sample", "ratio_u8", "ratio_u16"}) json[rate] = sizes[rate];
+  if (check->head.pairs > 1)
+    text +=
+        fmt::format(", {} pairs, ratio {:.2f} at 8 bit", check->head.pairs, sizes["ratio_u8"].get<double>());
   for (const Parameter& found : fitted->report) {
     text += fmt::format(", {} {}", found.name, found.value);
-    json[found.name] = found.number ? Json::parse(found.value) : Json(found.value);
+    json[found.name] = value_of(found);
   }
   if (const auto wrote = a.report.write(text, json); !wrote) return stop(wrote.error());
   return kExitOk;
@@ -126,16 +177,16 @@ int run(Arguments& a) {
 
 Verb add_encode(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* verb = app.add_subcommand("encode", "encode images into a .btfc file");
-  verb->add_option("INPUT", a->inputs, "the image (PNG, JPEG, TIFF, EXR, HDR); becomes the map 'image'");
+  CLI::App* verb = app.add_subcommand("encode", "encode images or a BTF into a .btfc file");
+  verb->add_option(
+      "INPUT", a->inputs,
+      "the image (PNG, JPEG, TIFF, EXR, HDR), which becomes the map 'image'; or a data set (see convert)");
   verb->add_option("--map", a->maps, "a named map, may be repeated")->type_name("NAME=FILE")->take_all();
   verb->add_option("-o,--output", a->output, "the file to write")->required()->type_name("OUT.btfc");
   verb->add_option("--model", a->model, "the model, see 'btfc models'")->required()->type_name("ID");
   add_pack_options(*verb, a->codec, a->level);
   verb->add_option("--seed", a->seed, "seed of random choices (default 1)")->type_name("N");
-  verb->add_option("--threads", a->threads, "threads (default: all)")
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
+  a->dataset.attach(*verb);
   verb->add_option("--colour-space", a->colour_space, "what the maps' values are (default: as the files say)")
       ->type_name("ID");
   a->report.attach(*verb);

@@ -116,7 +116,7 @@ int size(SizeArguments& a) {
   if (!layout) return stop(layout.error());
   Json json = size_json(item->head, *layout);
   std::vector<std::uint64_t> raw = {32 + 32 * item->head.maps.size()};
-  for (const ChunkSpec& chunk : layout->payload) raw.push_back(chunk.raw_bytes);
+  for (const ChunkSpec& chunk : layout->chunks) raw.push_back(chunk.raw_bytes);
   json["file_max_bytes"] = file_bytes_of(raw, kMinAlignLog2).value_or(0);
   if (const auto wrote = a.report.write(text_of(json), json); !wrote) return stop(wrote.error());
   return kExitOk;

@@ -3,11 +3,16 @@
 
 namespace btfc {
 
+Json value_of(const Parameter& parameter) {
+  return parameter.number ? Json::parse(parameter.value) : Json(parameter.value);
+}
+
 Json size_json(const Head& head, const Layout& layout) {
   const std::uint64_t texels = std::uint64_t{head.width} * head.height;
   const std::uint64_t samples = texels * head.pairs * head.channels();
   std::uint64_t payload_bytes = 0;
-  for (const ChunkSpec& chunk : layout.payload) payload_bytes += chunk.raw_bytes;
+  for (const ChunkSpec& chunk : layout.chunks)
+    payload_bytes += (chunk.key.flags & kPayload) != 0 ? chunk.raw_bytes : 0;
   const auto payload_bits = static_cast<double>(8 * payload_bytes);
 
   Json maps = Json::array();
@@ -20,13 +25,7 @@ Json size_json(const Head& head, const Layout& layout) {
                     {"formula_bits", layout.map_bits[m]}});
   }
   Json parameters = Json::object();
-  for (const Parameter& p : layout.parameters) {
-    if (p.number) {
-      parameters[p.name] = std::stoull(p.value);
-    } else {
-      parameters[p.name] = p.value;
-    }
-  }
+  for (const Parameter& p : layout.parameters) parameters[p.name] = value_of(p);
   Json json = {{"model", find_model(head.model)->name},
                {"format_version", fmt::format("{}.{}", kVersionMajor, kVersionMinor)},
                {"width", head.width},
@@ -50,7 +49,9 @@ Json size_json(const Head& head, const Layout& layout) {
         {"name", layout.paper->name},
         {"bits", layout.paper->bits},
         {"bits_per_texel", static_cast<double>(layout.paper->bits) / static_cast<double>(texels)}};
+    for (const Parameter& p : layout.paper->counts) json["paper"][p.name] = value_of(p);
   }
+  if (layout.cost) json["cost"] = {{"operations", layout.cost->operations}, {"reads", layout.cost->reads}};
   json["parameters"] = parameters;
   return json;
 }

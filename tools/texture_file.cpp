@@ -15,7 +15,7 @@ Error from_api(const btfc_error& error) {
   return {kStatus[error.result], error.message + rule, "", error.offset};
 }
 
-Result<TexturePtr> load_texture(const std::string& path) {
+Result<TexturePtr> load_texture(const std::string& path, const btfc_selection* selection) {
   const Result<FileSource> file = FileSource::open(path);
   if (!file) return file.error();
   const ByteSource bytes = file->source();
@@ -36,7 +36,7 @@ Result<TexturePtr> load_texture(const std::string& path) {
   if (btfc_reader_open(&source, nullptr, &reader, &error) != BTFC_OK) return placed();
   const std::unique_ptr<btfc_reader, ReaderFree> owned(reader);
   btfc_texture* texture = nullptr;
-  if (btfc_texture_load(reader, &texture, &error) != BTFC_OK) return placed();
+  if (btfc_texture_load(reader, selection, &texture, &error) != BTFC_OK) return placed();
   return TexturePtr(texture);
 }
 
@@ -65,8 +65,8 @@ Result<Image> decode_map(const btfc_texture* texture, std::uint32_t map) {
   const std::size_t sample_bytes = info.sample == BTFC_UNORM8 ? 1 : 2;
   Bytes codes(samples * sample_bytes);
   const btfc_result result =
-      btfc_decode_rect(texture, nullptr, map, 0, 0, image.width, image.height, info.sample, codes.data(),
-                       std::size_t{image.width} * image.channels * sample_bytes, codes.size());
+      btfc_decode_rect(texture, nullptr, map, nullptr, 0, 0, image.width, image.height, info.sample,
+                       codes.data(), std::size_t{image.width} * image.channels * sample_bytes, codes.size());
   if (result != BTFC_OK) return Error{Status::out_of_memory, btfc_result_name(result), "", 0};
   image.codes.resize(samples);
   for (std::size_t i = 0; i < samples; ++i)

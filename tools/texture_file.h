@@ -11,7 +11,8 @@ namespace btfc {
 
 using TexturePtr = std::unique_ptr<btfc_texture, TextureFree>;
 
-Result<TexturePtr> load_texture(const std::string& path);
+// selection: as of btfc_texture_load.
+Result<TexturePtr> load_texture(const std::string& path, const btfc_selection* selection = nullptr);
 
 // One map of the texture, whole, in its own sample type.
 Result<Image> decode_map(const btfc_texture* texture, std::uint32_t map);

@@ -35,7 +35,7 @@ PatchOrigin PatchOrigin::of_recipe(const Head& head, const PatchShape& shape, co
     return std::move(found->raw);
   };
   // What the format layer wrote it also loads: the shape has been checked, the recipe is ours.
-  return PatchOrigin(*patch_load(grey, write_patch_parm(whole), reader), whole);
+  return PatchOrigin(*patch_load(grey, write_patch_parm(whole), reader, kAllLevels), whole);
 }
 
 }  // namespace btfc

@@ -8,6 +8,7 @@
 
 #include "format/limits.h"
 #include "format/models/patch_payload.h"
+#include "format/table_options.h"
 
 namespace btfc {
 namespace {
@@ -61,13 +62,6 @@ bool fit_step(PatchShape& s, std::uint32_t common, std::optional<std::uint32_t> 
     s.overlap = we;
   }
   return best != INT64_MAX;
-}
-
-// The rule's number means nothing to somebody who typed an option.
-Error as_usage(Error error) {
-  error.status = Status::bad_argument;
-  error.rule = "";
-  return error;
 }
 
 Result<std::vector<Map>> maps_of(const OptionValues& options) {

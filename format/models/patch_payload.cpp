@@ -397,11 +397,11 @@ Result<Layout> patch_layout(const Head& head, ByteView parm) {
   if (!shape) return shape.error();
   const PatchShape& s = *shape;
   Layout layout;
-  layout.payload = payload_chunks(s, head.maps);
+  layout.chunks = payload_chunks(s, head.maps);
   layout.formula_bits = patch_formula_bits(s, head.maps);
   layout.memory_bits = patch_memory_bits(s, head.maps);
-  layout.paper = PaperCount{"Brayner, Walter: Compression of Synthesized Textures, section V",
-                            patch_paper_bits(s, head.maps)};
+  layout.paper = PaperCount{
+      "Brayner, Walter: Compression of Synthesized Textures, section V", patch_paper_bits(s, head.maps), {}};
   const auto add = [&](const char* name, std::uint64_t value) {
     layout.parameters.push_back({name, std::to_string(value), true});
   };
@@ -420,7 +420,7 @@ Result<Layout> patch_layout(const Head& head, ByteView parm) {
   return layout;
 }
 
-Result<LoadedItem> patch_load(const Head& head, ByteView parm, const ChunkReader& read) {
+Result<LoadedItem> patch_load(const Head& head, ByteView parm, const ChunkReader& read, std::uint32_t) {
   const Result<PatchShape> shape = read_patch_parm(parm, head);
   if (!shape) return shape.error();
   const PatchShape& s = *shape;

@@ -77,7 +77,7 @@ std::vector<RawChunk> patch_write(const Head& head, const PatchShape& shape, con
 // The model's row.
 Result<ItemDescription> patch_describe(const OptionValues& options);
 Result<Layout> patch_layout(const Head& head, ByteView parm);
-Result<LoadedItem> patch_load(const Head& head, ByteView parm, const ChunkReader& read);
+Result<LoadedItem> patch_load(const Head& head, ByteView parm, const ChunkReader& read, std::uint32_t levels);
 extern const std::span<const std::uint32_t> kPatchChunkTypes;
 extern const std::span<const OptionSpec> kPatchSizeOptions;
 

@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
   btfc_texture* texture = NULL;
   btfc_error error;
   if (btfc_reader_open(&source, NULL, &reader, &error) != BTFC_OK ||
-      btfc_texture_load(reader, &texture, &error) != BTFC_OK) {
+      btfc_texture_load(reader, NULL, &texture, &error) != BTFC_OK) {
     fprintf(stderr, "consumer: %s\n", error.message);
     btfc_reader_free(reader);
     fclose(file);
@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
   const size_t row = (size_t)width * map.channels, size = row * height;
   unsigned char* rows = malloc(size);
   if (result == BTFC_OK && rows != NULL)
-    result = btfc_decode_rect(texture, NULL, 0, 0, 0, width, height, BTFC_UNORM8, rows, row, size);
+    result = btfc_decode_rect(texture, NULL, 0, NULL, 0, 0, width, height, BTFC_UNORM8, rows, row, size);
   if (result == BTFC_OK && rows != NULL) {
     unsigned sum = 0;
     for (size_t i = 0; i < size; ++i) sum = sum * 31u + rows[i];

@@ -167,7 +167,8 @@ TEST(PatchTileable, WrapsForOneTwoAndManyPatches) {
           std::vector<std::uint16_t> here(3), there(3);
           const auto texel = [&](std::int32_t x, std::int32_t y, std::vector<std::uint16_t>& out) {
             const std::int32_t at[2] = {x, y};
-            ASSERT_EQ(btfc_decode_texels(t.get(), nullptr, 0, at, 1, BTFC_UNORM16, out.data(), 6), BTFC_OK);
+            ASSERT_EQ(btfc_decode_texels(t.get(), nullptr, 0, nullptr, at, 1, BTFC_UNORM16, out.data(), 6),
+                      BTFC_OK);
           };
           for (std::int32_t q = 0; q < 40; ++q) {
             texel(q % w, q * 3 % h, here);

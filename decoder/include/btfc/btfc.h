@@ -136,8 +136,18 @@ BTFC_API btfc_result btfc_verify(const btfc_source* source, const btfc_options* 
 /* ---- texture
  * --------------------------------------------------------------------------------------------------- */
 
-/* Loads item 0, all levels and tiles. On success *texture_ret is to be freed with btfc_texture_free. */
-BTFC_API btfc_result btfc_texture_load(btfc_reader* reader, btfc_texture** texture_ret, btfc_error* error);
+/* Which part of an item to load. Zero means default. */
+typedef struct btfc_selection {
+  size_t struct_size;
+  uint32_t levels; /* refinement levels after the coarsest: components of pca; default all. Chunks of finer
+                      levels are not read. Models without levels ignore it. */
+  int coarsest;    /* 1: the coarsest level alone */
+} btfc_selection;
+
+/* Loads item 0, all tiles. selection may be NULL: everything. On success *texture_ret is to be freed with
+ * btfc_texture_free. */
+BTFC_API btfc_result btfc_texture_load(btfc_reader* reader, const btfc_selection* selection,
+                                       btfc_texture** texture_ret, btfc_error* error);
 
 BTFC_API void btfc_texture_free(btfc_texture* texture);
 
@@ -151,7 +161,8 @@ typedef enum btfc_sample {
 typedef struct btfc_map_info {
   const char* name;
   uint32_t channels;        /* 1 to 4 */
-  btfc_sample sample;       /* as stored: asking for the same type gives the codes unchanged */
+  btfc_sample sample;       /* of the original; patch stores codes of this type, and asking for it gives them
+                               unchanged; the values of other models are rounded to it */
   const char* colour_space; /* spec/registry.md */
   int alpha;                /* 0 none, 1 straight, 2 premultiplied; the last channel */
 } btfc_map_info;
@@ -162,6 +173,17 @@ BTFC_API uint32_t btfc_texture_maps(const btfc_texture* texture);
 BTFC_API btfc_result btfc_texture_map_info(const btfc_texture* texture, uint32_t map,
                                            btfc_map_info* info_ret);
 
+/* The directions of a BTF: how many, and which pairs were measured (pair 0 … pairs-1, by view, then light).
+ * Textures without directions have 1 view, 1 light and 1 pair, all along the normal. */
+BTFC_API uint32_t btfc_texture_views(const btfc_texture* texture);
+BTFC_API uint32_t btfc_texture_lights(const btfc_texture* texture);
+BTFC_API uint32_t btfc_texture_pairs(const btfc_texture* texture);
+/* Unit vectors, within 1e-7 of what the encoder was given. */
+BTFC_API btfc_result btfc_texture_view(const btfc_texture* texture, uint32_t view, float direction[3]);
+BTFC_API btfc_result btfc_texture_light(const btfc_texture* texture, uint32_t light, float direction[3]);
+BTFC_API btfc_result btfc_texture_pair(const btfc_texture* texture, uint32_t pair, uint32_t* view_ret,
+                                       uint32_t* light_ret);
+
 /* NULL where there is not enough memory. One scratch serves one thread and one texture. */
 BTFC_API btfc_scratch* btfc_scratch_new(const btfc_texture* texture);
 BTFC_API void btfc_scratch_free(btfc_scratch* scratch);
@@ -170,27 +192,38 @@ typedef struct btfc_query {
   int32_t x, y; /* texel; outside the texture the file's wrap rule applies */
   uint32_t map;
   uint32_t level;          /* 0: full resolution; models without levels ignore it */
-  float view[3], light[3]; /* unit vectors; models without directions ignore them */
+  float view[3], light[3]; /* any length; below the surface: the horizon; all 0: the normal. Outside the
+                              measured directions the nearest ones between them count. Models without
+                              directions ignore both */
   float footprint;         /* texels */
 } btfc_query;
+
+/* What all texels of a call are seen under. */
+typedef struct btfc_directions {
+  float view[3], light[3]; /* as in btfc_query */
+  float footprint;
+  uint32_t level;
+} btfc_directions;
 
 /* Point samples as float32: channels(map) values a query at values + q * value_stride (in floats, >=
  * channels). query_stride is in bytes. Deterministic, and equal to the same texel of btfc_decode_rect. */
 BTFC_API btfc_result btfc_eval(const btfc_texture* texture, btfc_scratch* scratch, const btfc_query* queries,
                                size_t query_stride, size_t query_count, float* values, size_t value_stride);
 
-/* A batch of texels of one map in any sample type. texels holds count pairs (x, y); output element q begins
- * at out + q * channels samples. out_size: bytes of out, at least count * channels * size of a sample. */
+/* A batch of texels of one map in any sample type, all under the same directions (NULL: both along the
+ * normal). texels holds count pairs (x, y); output element q begins at out + q * channels samples. out_size:
+ * bytes of out, at least count * channels * size of a sample. */
 BTFC_API btfc_result btfc_decode_texels(const btfc_texture* texture, btfc_scratch* scratch, uint32_t map,
-                                        const int32_t* texels, size_t count, btfc_sample sample, void* out,
-                                        size_t out_size);
+                                        const btfc_directions* directions, const int32_t* texels,
+                                        size_t count, btfc_sample sample, void* out, size_t out_size);
 
-/* A rectangle of one map in any sample type, rows from the top, channels interleaved. It may reach outside
- * the texture. row_stride is in bytes, at least width * channels * size of a sample; out_size covers height
- * rows. */
+/* A rectangle of one map in any sample type under one pair of directions (NULL: both along the normal), rows
+ * from the top, channels interleaved. It may reach outside the texture. row_stride is in bytes, at least
+ * width * channels * size of a sample; out_size covers height rows. */
 BTFC_API btfc_result btfc_decode_rect(const btfc_texture* texture, btfc_scratch* scratch, uint32_t map,
-                                      int32_t x, int32_t y, uint32_t width, uint32_t height,
-                                      btfc_sample sample, void* out, size_t row_stride, size_t out_size);
+                                      const btfc_directions* directions, int32_t x, int32_t y, uint32_t width,
+                                      uint32_t height, btfc_sample sample, void* out, size_t row_stride,
+                                      size_t out_size);
 
 /* ---- for a GPU: what the shaders of shaders/ read
  * --------------------------------------------------------------- */

@@ -30,7 +30,7 @@ class Texture {
     if (btfc_reader_open_memory(file.data(), file.size(), nullptr, &reader, &t.error_) != BTFC_OK) return t;
     const std::unique_ptr<btfc_reader, ReaderFree> owned(reader);
     btfc_texture* texture = nullptr;
-    if (btfc_texture_load(reader, &texture, &t.error_) == BTFC_OK) t.texture_.reset(texture);
+    if (btfc_texture_load(reader, nullptr, &texture, &t.error_) == BTFC_OK) t.texture_.reset(texture);
     return t;
   }
 
@@ -52,7 +52,7 @@ class Texture {
     float channel[4];
   };
   Value texel(std::int32_t x, std::int32_t y, std::uint32_t map = 0) const {
-    btfc_query query{};
+    btfc_query query{};  // directions of length 0 count as the normal
     query.x = x;
     query.y = y;
     query.map = map;
@@ -65,7 +65,7 @@ class Texture {
   btfc_result decode(std::uint32_t map, std::int32_t x, std::int32_t y, std::uint32_t width,
                      std::uint32_t height, btfc_sample sample, std::span<std::byte> out) const {
     const std::size_t bytes = sample == BTFC_UNORM8 ? 1 : sample == BTFC_FLOAT32 ? 4 : 2;
-    return btfc_decode_rect(get(), nullptr, map, x, y, width, height, sample, out.data(),
+    return btfc_decode_rect(get(), nullptr, map, nullptr, x, y, width, height, sample, out.data(),
                             width * this->map(map).channels * bytes, out.size());
   }
 

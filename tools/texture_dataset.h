@@ -1,0 +1,23 @@
+// A .btfc file's BTF as a data set: every measured pair of directions decoded.
+#pragma once
+#include <optional>
+#include <string>
+
+#include "encoder/dataset/dataset.h"
+#include "tools/texture_file.h"
+
+namespace btfc {
+
+// Whether the texture has more than one view or light.
+bool has_directions(const btfc_texture* texture);
+
+// Decodes all pairs of all maps of `path`, loaded as `texture`, on the threads of the calling oneTBB arena,
+// in samples of `type` (default: the first map's). Quantity, colour space and wrapping are those of the file.
+Result<Dataset> decode_dataset(const std::string& path, const btfc_texture* texture,
+                               std::optional<SampleType> type, const std::string& scratch_directory);
+
+// For measuring: 16 bits where the file stands for 8 or 16, so that rounding to 8 bits does not count; halves
+// where it stands for halves.
+Result<Dataset> decode_dataset_finely(const std::string& path, const std::string& scratch_directory);
+
+}  // namespace btfc

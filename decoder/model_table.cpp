@@ -6,8 +6,10 @@
 
 #include "decoder/patch_rows.h"
 #include "format/model_table.h"
+#include "shaders/models/lpca.h"
 #include "shaders/models/patch.h"
 #include "shaders/models/pca.h"
+#include "shaders/models/pcarf.h"
 
 namespace btfc {
 namespace {
@@ -28,9 +30,19 @@ vec4 pca_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& qu
   return pca_eval(words_of(item), params_of<PcaParams>(item, map), query);
 }
 
+vec4 pcarf_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  return pcarf_eval(words_of(item), params_of<PcarfParams>(item, map), query);
+}
+
+vec4 lpca_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  return lpca_eval(words_of(item), params_of<LpcaParams>(item, map), query);
+}
+
 const DecoderModel kDecoders[] = {
     {ModelId::patch, patch_eval_cpu, true, patch_make_tables, patch_decode_rows, patch_decode_texels},
+    {ModelId::pcarf, pcarf_eval_cpu, false},
     {ModelId::pca, pca_eval_cpu, false},
+    {ModelId::lpca, lpca_eval_cpu, false},
 };
 static_assert(std::size(kDecoders) == kModelCount);
 

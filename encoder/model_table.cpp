@@ -3,16 +3,20 @@
 
 #include <algorithm>
 
+#include "encoder/models/lpca_fit.h"
 #include "encoder/models/patch_fit.h"
 #include "encoder/models/patch_joins.h"
 #include "encoder/models/pca_fit.h"
+#include "encoder/models/pcarf_fit.h"
 
 namespace btfc {
 namespace {
 
 const Fitter kFitters[] = {
     {ModelId::patch, InputKind::images, kPatchFitOptions, patch_fit, patch_file_joins},
+    {ModelId::pcarf, InputKind::dataset, kPcarfFitOptions, pcarf_fit, nullptr},
     {ModelId::pca, InputKind::dataset, kPcaFitOptions, pca_fit, nullptr},
+    {ModelId::lpca, InputKind::dataset, kLpcaFitOptions, lpca_fit, nullptr},
 };
 static_assert(std::size(kFitters) == kModelCount);
 

@@ -306,7 +306,7 @@ class File:
                 demand = Demand(b"META", e.raw_bytes, flags=SAFE_TO_COPY)
             require(demand, "D12", f"{e.name()} does not belong into this file")
             require((demand.flags, demand.raw_bytes) == (e.flags, e.raw_bytes), "D12",
-                    f"{e.name()} has flags {e.flags}, {e.raw_bytes} bytes instead of {demand.flags}, {demand.raw_bytes}")
+                    f"{e.name()}: flags {e.flags}, {e.raw_bytes} bytes instead of {demand.flags}, {demand.raw_bytes}")
             self.described[e.key] = e
         for key, demand in wanted.items():
             require(key in self.described, "D12", f"{demand.name()} is missing")

@@ -20,6 +20,19 @@ def vector_of(direction):
     return [math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)]
 
 
+def least_height(directions, tables):
+    """Of the triangles of directions: rounding moves weights by 2^-21 / height. 1 where there are none."""
+    points = []
+    for theta, phi in directions:
+        r = tables.UNIT * math.tan(math.radians(theta) / 2)
+        points.append((round(r * math.cos(math.radians(phi))), round(r * math.sin(math.radians(phi)))))
+    heights = [1.0]
+    for triangle in tables.triangulate(points)[0]:
+        a, b, c = (points[i] for i in triangle)
+        heights.append(tables.area(a, b, c) / max(math.dist(a, b), math.dist(b, c), math.dist(c, a)) / tables.UNIT)
+    return min(heights)
+
+
 def write_exr(path, width, height, names, values):
     """Half floats, not compressed, one part; values by texel, channels as named."""
     def attribute(name, kind, data):

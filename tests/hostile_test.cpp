@@ -98,12 +98,16 @@ TEST_P(Hostile, EveryByteOfASmallFile) {
     Bytes file = read_vector(path);
     if (small.file.empty() || file.size() < small.file.size()) small = {path, std::move(file)};
   }
+  const auto original = contents(small.file);
   std::size_t reached = 0, compatible_bits = 0;
   for (std::size_t at = 0; at < small.file.size(); ++at) {
     for (unsigned value = 1; value < 256; ++value) {
       Bytes file = small.file;
       file[at] = static_cast<std::uint8_t>(file[at] ^ value);
-      EXPECT_FALSE(verify_bytes(file)) << "byte " << at << " ^ " << value;
+      // zstd has more than one frame for the same bytes: what passes the hashes must be what was stored.
+      if (verify_bytes(file)) {
+        EXPECT_TRUE(contents(file) == original) << "byte " << at << " ^ " << value;
+      }
       if (value % 5 == 0) exercise(file);
       repair_hashes(file);
       if (exercise(file)) ++reached;

@@ -2,9 +2,9 @@
 #include "decoder/model_table.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "decoder/patch_rows.h"
+#include "decoder/table_values.h"
 #include "format/model_table.h"
 #include "shaders/models/lpca.h"
 #include "shaders/models/patch.h"
@@ -13,14 +13,6 @@
 
 namespace btfc {
 namespace {
-
-// <Model>Params of one map, as the format layer laid it out.
-template <class Params>
-Params params_of(const LoadedItem& item, std::uint32_t map) {
-  Params params;
-  std::memcpy(&params, item.map_params[map].data(), sizeof params);
-  return params;
-}
 
 vec4 patch_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
   return patch_eval(words_of(item), params_of<PatchParams>(item, map), query);
@@ -40,9 +32,10 @@ vec4 lpca_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& q
 
 const DecoderModel kDecoders[] = {
     {ModelId::patch, patch_eval_cpu, true, patch_make_tables, patch_decode_rows, patch_decode_texels},
-    {ModelId::pcarf, pcarf_eval_cpu, false},
-    {ModelId::pca, pca_eval_cpu, false},
-    {ModelId::lpca, lpca_eval_cpu, false},
+    {ModelId::pcarf, pcarf_eval_cpu, false, nullptr, nullptr, nullptr, pcarf_begin_values,
+     pcarf_decode_values},
+    {ModelId::pca, pca_eval_cpu, false, nullptr, nullptr, nullptr, pca_begin_values, pca_decode_values},
+    {ModelId::lpca, lpca_eval_cpu, false, nullptr, nullptr, nullptr, lpca_begin_values, lpca_decode_values},
 };
 static_assert(std::size(kDecoders) == kModelCount);
 

@@ -44,39 +44,44 @@ BTFC_FN uint lpca_cluster(BTFC_WORDS words, BTFC_IN(LpcaParams) p, uint texel) {
   return (word >> ((texel & ((1u << shift) - 1u)) * p.cluster_bits)) & mask;
 }
 
+// mu (k = 0) or E_k of a cluster under nine pairs of directions.
+BTFC_FN vec4 lpca_reflectance(BTFC_WORDS words, BTFC_IN(LpcaParams) p, BTFC_IN(BtfcCorners) view,
+                              BTFC_IN(BtfcCorners) light, uint cluster, uint k) {
+  uint stride = (p.rank + 1u) * p.all_channels;
+  vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      float weight = view.weight[i] * light.weight[j];
+      if (weight == 0.0f) continue;
+      uint pair = btfc_pair(words, p.pairs_word, p.light_count, view.index[i], light.index[j]);
+      uint row_number = cluster * p.pair_count + pair;
+      uint slot = LPCA_REFLECTANCE + row_number / p.rows_per_slot;
+      uint row = row_number % p.rows_per_slot * stride + k * p.all_channels + p.first_channel;
+      for (uint c = 0u; c < p.channels; ++c)
+        sum[int(c)] += weight * btfc_element(words, slot, 0u, p.table_precision, row + c);
+    }
+  }
+  vec4 value = vec4(0.0f, 0.0f, 0.0f, 0.0f);
+  for (uint c = 0u; c < p.channels; ++c) {
+    vec2 scale = btfc_scale(words, p.scale_word, cluster * stride + k * p.all_channels + p.first_channel + c);
+    value[int(c)] = scale.x + scale.y * sum[int(c)];
+  }
+  return value;
+}
+
 BTFC_FN vec4 lpca_eval(BTFC_WORDS words, BTFC_IN(LpcaParams) p, BTFC_IN(BtfcQuery) query) {
   uint texel =
       btfc_wrap(query.texel.y, p.height, p.wrap_v) * p.width + btfc_wrap(query.texel.x, p.width, p.wrap_u);
   uint cluster = lpca_cluster(words, p, texel);
-  uint stride = (p.rank + 1u) * p.all_channels;
-  uint scales = cluster * stride + p.first_channel;
   BtfcCorners view = btfc_corners(words, p.views_word, query.view);
   BtfcCorners light = btfc_corners(words, p.lights_word, query.light);
-  vec4 value = vec4(0.0f, 0.0f, 0.0f, 0.0f);
-  for (uint k = 0u; k <= p.rank; ++k) {
-    float alpha = 1.0f;
-    if (k > 0u) {
-      vec2 scale = btfc_scale(words, p.scale_word, p.weight_scale + k - 1u);
-      alpha = scale.x +
-              scale.y * btfc_element(words, LPCA_TEXELS, 0u, p.texel_precision, texel * p.rank + k - 1u);
-    }
-    vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
-        float weight = view.weight[i] * light.weight[j];
-        if (weight == 0.0f) continue;
-        uint pair = btfc_pair(words, p.pairs_word, p.light_count, view.index[i], light.index[j]);
-        uint row_number = cluster * p.pair_count + pair;
-        uint slot = LPCA_REFLECTANCE + row_number / p.rows_per_slot;
-        uint row = row_number % p.rows_per_slot * stride + k * p.all_channels + p.first_channel;
-        for (uint c = 0u; c < p.channels; ++c)
-          sum[int(c)] += weight * btfc_element(words, slot, 0u, p.table_precision, row + c);
-      }
-    }
-    for (uint c = 0u; c < p.channels; ++c) {
-      vec2 scale = btfc_scale(words, p.scale_word, scales + k * p.all_channels + c);
-      value[int(c)] += alpha * (scale.x + scale.y * sum[int(c)]);
-    }
+  vec4 value = lpca_reflectance(words, p, view, light, cluster, 0u);
+  for (uint k = 0u; k < p.rank; ++k) {
+    vec2 scale = btfc_scale(words, p.scale_word, p.weight_scale + k);
+    float element = btfc_element(words, LPCA_TEXELS, 0u, p.texel_precision, texel * p.rank + k);
+    float alpha = scale.x + scale.y * element;
+    vec4 vector = lpca_reflectance(words, p, view, light, cluster, k + 1u);
+    for (uint c = 0u; c < p.channels; ++c) value[int(c)] += alpha * vector[int(c)];
   }
   return value;
 }

@@ -84,6 +84,15 @@ def area(a, b, c):
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
+def square(a, b):
+    return (b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2
+
+
+def thin(a, b, p):
+    """Whether p lies on the line through a and b but for rounding."""
+    return abs(area(a, b, p)) <= 64 * max(abs(b[0] - a[0]), abs(b[1] - a[1]))
+
+
 def in_circle(a, b, c, d):
     """Positive where d lies inside the circle through the counter-clockwise a, b, c, 0 where it lies on it."""
     rows = [(p[0] - d[0], p[1] - d[1]) for p in (a, b, c)]
@@ -95,8 +104,13 @@ def in_circle(a, b, c, d):
 def triangulate(points):
     """(triangles, border) as tuples of point numbers, triangles counter-clockwise."""
     numbers = range(len(points))
-    if len(points) < 3 or all(area(points[0], points[1], p) == 0 for p in points):
-        chain = sorted(numbers, key=lambda i: points[i])
+    if len(points) == 1:
+        return [], [(0, 0)]
+    a = max(numbers, key=lambda i: (square(points[0], points[i]), -i))
+    b = max(numbers, key=lambda i: (square(points[a], points[i]), -i))
+    if all(thin(points[a], points[b], p) for p in points):
+        chain = sorted(numbers, key=lambda i: ((points[i][0] - points[a][0]) * (points[b][0] - points[a][0]) +
+                                               (points[i][1] - points[a][1]) * (points[b][1] - points[a][1]), i))
         return [], list(zip(chain, chain[1:]))
 
     # A first side of the hull: no point to its right, none between its ends.
@@ -130,7 +144,23 @@ def triangulate(points):
         waiting += [(j, i) for i, j in sides]
         lowest = min(polygon)
         triangles += [(lowest, i, j) for i, j in sides if lowest not in (i, j)]
-    return triangles, border
+    return peeled(points, triangles, border)
+
+
+def peeled(points, triangles, border):
+    """Without the triangles that are thin on a side of the border."""
+    left, sides = set(triangles), set(border)
+    while True:
+        for t in left:
+            outer = [(t[i], t[(i + 1) % 3], t[(i + 2) % 3]) for i in range(3) if (t[i], t[(i + 1) % 3]) in sides]
+            if any(thin(points[a], points[b], points[c]) for a, b, c in outer):
+                break
+        else:
+            break
+        left.remove(t)
+        for a, b in ((t[i], t[(i + 1) % 3]) for i in range(3)):
+            sides.symmetric_difference_update({(a, b)} if (a, b) in sides else {(b, a)})
+    return (list(left), list(sides)) if left else (triangles, border)
 
 
 class Points:
@@ -170,8 +200,10 @@ class Points:
         for i, j in border:
             (ax, ay), (bx, by) = self.fine[i], self.fine[j]
             dx, dy = bx - ax, by - ay
-            t = min(max(((p[0] - ax) * dx + (p[1] - ay) * dy) / (dx * dx + dy * dy), 0.0), 1.0)
-            distance = math.hypot(ax + t * dx - p[0], ay + t * dy - p[1])
+            length = dx * dx + dy * dy
+            t = min(max(((p[0] - ax) * dx + (p[1] - ay) * dy) / length, 0.0), 1.0) if length else 0.0
+            distance = math.hypot(ax + t * dx - p[0], ay + t * dy - p[1]) / (UNIT * FINE)
+            distance -= 2.0 ** -21 if 0 < t < 1 else 0
             if distance < nearest[1]:
                 nearest = [(i, 1 - t), (j, t)], distance
         return nearest[0]

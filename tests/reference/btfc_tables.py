@@ -209,6 +209,14 @@ class Points:
         return nearest[0]
 
 
+def towards(d):
+    """The unit vector of a light, as the models with a formula of it take it (their pages' step 3)."""
+    x, y, z = map(float, d)
+    z = max(z, 0.0)
+    L = math.hypot(x, y, z)
+    return (x / L, y / L, z / L) if 1e-18 <= L <= 1e18 else (0.0, 0.0, 1.0)
+
+
 def weights(raw):
     raw = [(i, max(w, 0)) for i, w in raw]
     total = sum(w for _, w in raw)

@@ -6,13 +6,18 @@
 #include "encoder/models/patch_fit.h"
 #include "encoder/models/patch_joins.h"
 #include "encoder/models/pca_fit.h"
+#include "encoder/models/ptm_exchange.h"
+#include "encoder/models/ptm_fit.h"
 
 namespace btfc {
 namespace {
 
+const FileExchange kPtmFiles = {"ptm", ptm_import, ptm_export};
+
 const Fitter kFitters[] = {
     {ModelId::patch, InputKind::images, kPatchFitOptions, patch_fit, patch_file_joins},
     {ModelId::pca, InputKind::dataset, kPcaFitOptions, pca_fit, nullptr},
+    {ModelId::ptm, InputKind::dataset, kPtmFitOptions, ptm_fit, nullptr, &kPtmFiles},
 };
 static_assert(std::size(kFitters) == kModelCount);
 

@@ -3,6 +3,7 @@
 
 #include "format/models/patch_payload.h"
 #include "format/models/pca_payload.h"
+#include "format/models/ptm_payload.h"
 
 namespace btfc {
 namespace {
@@ -12,6 +13,8 @@ const ModelFormat kModels[] = {
      "spec/models/patch.md", kPatchChunkTypes, kPatchSizeOptions, patch_describe, patch_layout, patch_load},
     {ModelId::pca, "pca", "PCA of the whole BTF: mean image, eigenimages, weights of each pair of directions",
      "spec/models/pca.md", kPcaChunkTypes, kPcaSizeOptions, pca_describe, pca_layout, pca_load},
+    {ModelId::ptm, "ptm", "polynomial texture maps: a biquadratic of the light a view and texel",
+     "spec/models/ptm.md", kPtmChunkTypes, kPtmSizeOptions, ptm_describe, ptm_layout, ptm_load},
 };
 static_assert(std::size(kModels) == kModelCount);
 

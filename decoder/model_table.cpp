@@ -8,6 +8,7 @@
 #include "format/model_table.h"
 #include "shaders/models/patch.h"
 #include "shaders/models/pca.h"
+#include "shaders/models/plm.h"
 #include "shaders/models/ptm.h"
 
 namespace btfc {
@@ -31,6 +32,10 @@ vec4 pca_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& qu
 
 vec4 ptm_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
   return ptm_eval(words_of(item), params_of<PtmParams>(item, map), query);
+}
+
+vec4 plm_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  return plm_eval(words_of(item), params_of<PlmParams>(item, map), query);
 }
 
 // A run of texels by a model whose header splits eval into what depends on the directions alone and the rest:
@@ -63,6 +68,8 @@ const DecoderModel kDecoders[] = {
     {ModelId::pca, pca_eval_cpu, false},
     {ModelId::ptm, ptm_eval_cpu, false, nullptr, nullptr, nullptr,
      begin_state<PtmParams, PtmState, ptm_begin>, decode_with_state<PtmParams, PtmState, ptm_texel>},
+    {ModelId::plm, plm_eval_cpu, false, nullptr, nullptr, nullptr,
+     begin_state<PlmParams, PlmState, plm_begin>, decode_with_state<PlmParams, PlmState, plm_texel>},
 };
 static_assert(std::size(kDecoders) == kModelCount);
 

@@ -6,6 +6,7 @@
 #include "encoder/models/patch_fit.h"
 #include "encoder/models/patch_joins.h"
 #include "encoder/models/pca_fit.h"
+#include "encoder/models/plm_fit.h"
 #include "encoder/models/ptm_exchange.h"
 #include "encoder/models/ptm_fit.h"
 
@@ -18,6 +19,7 @@ const Fitter kFitters[] = {
     {ModelId::patch, InputKind::images, kPatchFitOptions, patch_fit, patch_file_joins},
     {ModelId::pca, InputKind::dataset, kPcaFitOptions, pca_fit, nullptr},
     {ModelId::ptm, InputKind::dataset, kPtmFitOptions, ptm_fit, nullptr, &kPtmFiles},
+    {ModelId::plm, InputKind::dataset, kPlmFitOptions, plm_fit, nullptr},
 };
 static_assert(std::size(kFitters) == kModelCount);
 

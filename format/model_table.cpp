@@ -3,6 +3,7 @@
 
 #include "format/models/patch_payload.h"
 #include "format/models/pca_payload.h"
+#include "format/models/plm_payload.h"
 #include "format/models/ptm_payload.h"
 
 namespace btfc {
@@ -15,6 +16,8 @@ const ModelFormat kModels[] = {
      "spec/models/pca.md", kPcaChunkTypes, kPcaSizeOptions, pca_describe, pca_layout, pca_load},
     {ModelId::ptm, "ptm", "polynomial texture maps: a biquadratic of the light a view and texel",
      "spec/models/ptm.md", kPtmChunkTypes, kPtmSizeOptions, ptm_describe, ptm_layout, ptm_load},
+    {ModelId::plm, "plm", "a Lafortune lobe a view and texel, a polynomial a pair of directions",
+     "spec/models/plm.md", kPlmChunkTypes, kPlmSizeOptions, plm_describe, plm_layout, plm_load},
 };
 static_assert(std::size(kModels) == kModelCount);
 

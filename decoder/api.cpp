@@ -489,7 +489,9 @@ btfc_result btfc_decode_rect(const btfc_texture* texture, btfc_scratch*, uint32_
       return BTFC_OK;
     }
     BtfcQuery query = query_of(directions);
-    if (texture->model->decode_values != nullptr && inside(texture->item.head, x, y, width, height)) {
+    constexpr std::uint64_t kFewTexels = 64;  // not worth the reckoning that all texels share
+    if (texture->model->decode_values != nullptr && std::uint64_t{width} * height >= kFewTexels &&
+        inside(texture->item.head, x, y, width, height)) {
       query.texel = ivec2(x, y);
       decode_values_inside(*texture, map, query, width, height, sample, bytes, row_stride);
       return BTFC_OK;

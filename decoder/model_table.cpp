@@ -5,22 +5,17 @@
 #include <cstring>
 
 #include "decoder/patch_rows.h"
+#include "decoder/table_values.h"
 #include "format/model_table.h"
+#include "shaders/models/lpca.h"
 #include "shaders/models/patch.h"
 #include "shaders/models/pca.h"
+#include "shaders/models/pcarf.h"
 #include "shaders/models/plm.h"
 #include "shaders/models/ptm.h"
 
 namespace btfc {
 namespace {
-
-// <Model>Params of one map, as the format layer laid it out.
-template <class Params>
-Params params_of(const LoadedItem& item, std::uint32_t map) {
-  Params params;
-  std::memcpy(&params, item.map_params[map].data(), sizeof params);
-  return params;
-}
 
 vec4 patch_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
   return patch_eval(words_of(item), params_of<PatchParams>(item, map), query);
@@ -63,13 +58,24 @@ void decode_with_state(const LoadedItem& item, std::uint32_t map, const std::vec
   }
 }
 
+vec4 pcarf_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  return pcarf_eval(words_of(item), params_of<PcarfParams>(item, map), query);
+}
+
+vec4 lpca_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  return lpca_eval(words_of(item), params_of<LpcaParams>(item, map), query);
+}
+
 const DecoderModel kDecoders[] = {
     {ModelId::patch, patch_eval_cpu, true, patch_make_tables, patch_decode_rows, patch_decode_texels},
-    {ModelId::pca, pca_eval_cpu, false},
     {ModelId::ptm, ptm_eval_cpu, false, nullptr, nullptr, nullptr,
      begin_state<PtmParams, PtmState, ptm_begin>, decode_with_state<PtmParams, PtmState, ptm_texel>},
     {ModelId::plm, plm_eval_cpu, false, nullptr, nullptr, nullptr,
      begin_state<PlmParams, PlmState, plm_begin>, decode_with_state<PlmParams, PlmState, plm_texel>},
+    {ModelId::pcarf, pcarf_eval_cpu, false, nullptr, nullptr, nullptr, pcarf_begin_values,
+     pcarf_decode_values},
+    {ModelId::pca, pca_eval_cpu, false, nullptr, nullptr, nullptr, pca_begin_values, pca_decode_values},
+    {ModelId::lpca, lpca_eval_cpu, false, nullptr, nullptr, nullptr, lpca_begin_values, lpca_decode_values},
 };
 static_assert(std::size(kDecoders) == kModelCount);
 

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "format/loaded_item.h"
@@ -39,6 +40,14 @@ struct DecoderModel {
 };
 
 const DecoderModel& decoder_model(ModelId id);
+
+// <Model>Params of one map, as the format layer laid it out.
+template <class Params>
+Params params_of(const LoadedItem& item, std::uint32_t map) {
+  Params params;
+  std::memcpy(&params, item.map_params[map].data(), sizeof params);
+  return params;
+}
 
 // The item's word arrays as the shared headers read them.
 BtfcWords words_of(const LoadedItem& item);

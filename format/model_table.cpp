@@ -1,8 +1,10 @@
 // The rows of the model table.
 #include "format/model_table.h"
 
+#include "format/models/lpca_payload.h"
 #include "format/models/patch_payload.h"
 #include "format/models/pca_payload.h"
+#include "format/models/pcarf_payload.h"
 #include "format/models/plm_payload.h"
 #include "format/models/ptm_payload.h"
 
@@ -12,12 +14,17 @@ namespace {
 const ModelFormat kModels[] = {
     {ModelId::patch, "patch", "sample + patch coordinates + minimum error boundary cuts",
      "spec/models/patch.md", kPatchChunkTypes, kPatchSizeOptions, patch_describe, patch_layout, patch_load},
-    {ModelId::pca, "pca", "PCA of the whole BTF: mean image, eigenimages, weights of each pair of directions",
-     "spec/models/pca.md", kPcaChunkTypes, kPcaSizeOptions, pca_describe, pca_layout, pca_load},
     {ModelId::ptm, "ptm", "polynomial texture maps: a biquadratic of the light a view and texel",
      "spec/models/ptm.md", kPtmChunkTypes, kPtmSizeOptions, ptm_describe, ptm_layout, ptm_load},
     {ModelId::plm, "plm", "a Lafortune lobe a view and texel, a polynomial a pair of directions",
      "spec/models/plm.md", kPlmChunkTypes, kPlmSizeOptions, plm_describe, plm_layout, plm_load},
+    {ModelId::pcarf, "pcarf",
+     "PCA of each view's images: a mean image and eigenimages a view, weights a pair", "spec/models/pcarf.md",
+     kPcarfChunkTypes, kPcarfSizeOptions, pcarf_describe, pcarf_layout, pcarf_load},
+    {ModelId::pca, "pca", "PCA of the whole BTF: mean image, eigenimages, weights of each pair of directions",
+     "spec/models/pca.md", kPcaChunkTypes, kPcaSizeOptions, pca_describe, pca_layout, pca_load},
+    {ModelId::lpca, "lpca", "local PCA: clusters of texels, each with a mean and eigenvectors over the pairs",
+     "spec/models/lpca.md", kLpcaChunkTypes, kLpcaSizeOptions, lpca_describe, lpca_layout, lpca_load},
 };
 static_assert(std::size(kModels) == kModelCount);
 

@@ -12,9 +12,9 @@ const uint BTFC_F16 = 1u;
 const uint BTFC_U8 = 2u;
 
 // Element `index` of the array that begins at first_word: a number, or with BTFC_U8 a code 0 … 255.
-BTFC_FN float btfc_element(BTFC_WORDS words, uint slot, uint first_word, uint precision, uint index) {
-  if (precision == BTFC_F32) return uintBitsToFloat(btfc_word(words, slot, first_word + index));
-  if (precision == BTFC_F16) {
+BTFC_FN float btfc_element(BTFC_WORDS words, uint slot, uint first_word, uint coding, uint index) {
+  if (coding == BTFC_F32) return uintBitsToFloat(btfc_word(words, slot, first_word + index));
+  if (coding == BTFC_F16) {
     uint word = btfc_word(words, slot, first_word + (index >> 1u));
     return btfc_half_to_float((word >> ((index & 1u) * 16u)) & 0xffffu);
   }

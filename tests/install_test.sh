@@ -53,6 +53,6 @@ done
 # The shader entry point compiles from the installed files alone.
 shaders=$(pkg-config --variable=shaderdir btfc)
 if command -v glslangValidator >/dev/null; then
-  glslangValidator --quiet -V --target-env vulkan1.1 "$shaders/btfc_decode.comp" -o "$work/decode.spv" || fail "shader"
+  glslangValidator --quiet -V --target-env vulkan1.1 -DBTFC_MODEL_patch "$shaders/btfc_decode.comp" -o "$work/decode.spv" || fail "shader"
 fi
 echo "install_test: good"

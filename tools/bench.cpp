@@ -1,9 +1,12 @@
 // btfc bench: decode rates of the CPU through the public interface, beside a copy of the same bytes.
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <random>
 
 #include "tools/command.h"
+#include "tools/texture_dataset.h"
 #include "tools/texture_file.h"
 
 namespace btfc {
@@ -15,7 +18,7 @@ struct Arguments {
   Report report;
 };
 
-constexpr std::size_t kRandomTexels = 400000;
+constexpr std::size_t kRandomTexels = 100000;
 
 // Median over rounds of texels per second; work() handles `texels` of them.
 struct Contestant {
@@ -74,21 +77,41 @@ int run(Arguments& a) {
     at[2 * i] = static_cast<std::int32_t>(random() % width);
     at[2 * i + 1] = static_cast<std::int32_t>(random() % height);
   }
+  // Of a BTF: rectangles under a pair of directions that was not measured, queries under any.
+  const bool btf = has_directions(t);
+  btfc_directions fixed{{0.35f, 0.2f, 0.8f}, {-0.3f, 0.45f, 0.7f}, 0, 0};
+  std::vector<btfc_query> queries(btf ? kRandomTexels : 0);
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    btfc_query& q = queries[i];
+    q.x = at[2 * i];
+    q.y = at[2 * i + 1];
+    q.map = map;
+    for (float(*d)[3] : {&q.view, &q.light}) {
+      const double z = static_cast<double>(random()) * 0x1p-32,
+                   phi = static_cast<double>(random()) * 0x1p-32 * 6.2831853;
+      const double r = std::sqrt(1 - z * z);
+      (*d)[0] = static_cast<float>(r * std::cos(phi));
+      (*d)[1] = static_cast<float>(r * std::sin(phi));
+      (*d)[2] = static_cast<float>(z);
+    }
+  }
+  std::vector<float> values(4 * queries.size());
   std::vector<unsigned char> image(size), other(size), batch(kRandomTexels * texel_bytes);
-  btfc_decode_rect(t, nullptr, map, nullptr, 0, 0, width, height, info.sample, image.data(), row, size);
+  btfc_decode_rect(t, nullptr, map, &fixed, 0, 0, width, height, info.sample, image.data(), row, size);
 
   std::vector<Contestant> all = {
       {"cpu_full_mtexel_s",
        texels,
        [&] {
-         btfc_decode_rect(t, nullptr, map, nullptr, 0, 0, width, height, info.sample, other.data(), row,
-                          size);
+         btfc_decode_rect(t, nullptr, map, &fixed, 0, 0, width, height, info.sample, other.data(), row, size);
        },
        {}},
       {"cpu_random_mtexel_s",
        kRandomTexels,
        [&] {
-         for (std::size_t i = 0; i < kRandomTexels; ++i) {
+         for (std::size_t i = 0; i < queries.size(); ++i)
+           btfc_eval(t, nullptr, &queries[i], sizeof(btfc_query), 1, &values[4 * i], 4);
+         for (std::size_t i = 0; i < kRandomTexels && !btf; ++i) {
            btfc_decode_texels(t, nullptr, map, nullptr, &at[2 * i], 1, info.sample, &batch[i * texel_bytes],
                               texel_bytes);
          }
@@ -97,6 +120,10 @@ int run(Arguments& a) {
       {"cpu_batch_mtexel_s",
        kRandomTexels,
        [&] {
+         if (btf) {
+           btfc_eval(t, nullptr, queries.data(), sizeof(btfc_query), queries.size(), values.data(), 4);
+           return;
+         }
          btfc_decode_texels(t, nullptr, map, nullptr, at.data(), kRandomTexels, info.sample, batch.data(),
                             batch.size());
        },
@@ -106,6 +133,8 @@ int run(Arguments& a) {
        [&] {  // the reference, texel by texel as floats
          btfc_query query{};
          query.map = map;
+         std::copy_n(fixed.view, 3, query.view);
+         std::copy_n(fixed.light, 3, query.light);
          float value[4];
          for (query.y = 0; query.y < static_cast<std::int32_t>(std::min(height, 64u)); ++query.y) {
            for (query.x = 0; query.x < static_cast<std::int32_t>(width); ++query.x) {

@@ -182,7 +182,7 @@ void refine_target(const LobeLights& view, const float* values, unsigned steps, 
 void start_target(const LobeLights& view, const float* values, LobeBatch& lobes) {
   constexpr std::size_t kExponents = 4;
   constexpr float kExponent[kExponents] = {0.25f, 1, 4, 16};
-  float direction[2][3][W] = {}, squares[W] = {};
+  float direction[3][3][W] = {}, squares[W] = {};
   for (std::size_t i = 0; i < view.lights.size(); ++i) {
     for (std::size_t l = 0; l < W; ++l) {
       const float value = values[i * W + l];
@@ -194,6 +194,11 @@ void start_target(const LobeLights& view, const float* values, LobeBatch& lobes)
     }
   }
   for (std::size_t l = 0; l < W; ++l) {
+    // Half way from the linear fit's direction to the normal: fewer lights are turned away from.
+    const auto& linear = direction[0];
+    const float length =
+        std::sqrt(linear[0][l] * linear[0][l] + linear[1][l] * linear[1][l] + linear[2][l] * linear[2][l]);
+    for (std::size_t a = 0; a < 3; ++a) direction[2][a][l] = linear[a][l] + (a == 2 ? length : 0);
     lobes.parameter[0][l] = 0;
     lobes.parameter[1][l] = 0;
     lobes.parameter[2][l] = 0;

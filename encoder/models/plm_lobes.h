@@ -27,8 +27,9 @@ struct LobeBatch {
   float error[kLobeLanes];  // sum of squares that the lobe leaves over
 };
 
-// Good parameters to begin with: of two directions (that of the best linear fit, and the mean of the lights
-// weighted by the squares of the values) and n = 1/4, 1, 4, 16 the pair that fits best with its best rho.
+// Good parameters to begin with: of three directions (that of the best linear fit, half way from it to the
+// normal, and the mean of the lights weighted by the squares of the values) and n = 1/4, 1, 4, 16 the pair that
+// fits best with its best rho.
 // values[light * kLobeLanes + lane].
 void start_lobes(const LobeLights& view, const float* values, LobeBatch& lobes);
 

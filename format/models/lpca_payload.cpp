@@ -1,0 +1,288 @@
+// Chunks, words and sizes of model lpca.
+#include "format/models/lpca_payload.h"
+
+#include <fmt/format.h>
+
+#include "format/limits.h"
+#include "format/row_table.h"
+#include "format/table_options.h"
+#include "shaders/models/lpca.h"
+
+namespace btfc {
+namespace {
+
+constexpr std::uint32_t kClus = four_cc("CLUS"), kCmea = four_cc("CMEA"), kCvec = four_cc("CVEC"),
+                        kCwgt = four_cc("CWGT");
+constexpr std::uint32_t kChunkTypes[] = {kClus, kCmea, kCvec, kCwgt, kDirs};
+constexpr std::uint16_t kPayloadFlags = kCritical | kPayload;
+constexpr std::uint64_t kParmBytes = 12;
+constexpr std::uint32_t kMostClusters = 65536;
+
+constexpr OptionSpec kOwnOptions[] = {
+    {"clusters", "C", "clusters c of texels, 1 to 65536 (default 8)"},
+    {"rank", "K", "components k beside the mean, 0 to 255 (default 8)"},
+    {"precision", "f32|f16|u8", "of texels and tables (default f32)"},
+    {"table-precision", "f32|f16|u8", "of the clusters' means and eigenvectors (default: as --precision)"},
+};
+constexpr auto kSizeOptions = with_table_options(kOwnOptions);
+
+std::uint64_t texel_count(const Head& head) { return std::uint64_t{head.width} * head.height; }
+std::uint32_t cluster_bytes(const LpcaShape& s) { return s.clusters <= 256 ? 1 : 2; }
+
+CheckedSize index_bytes(const Head& head, const LpcaShape& s) {
+  return align_up(CheckedSize(texel_count(head)) * CheckedSize(cluster_bytes(s)), 2);
+}
+// Means, or one component's eigenvectors.
+CheckedSize vector_bytes(const Head& head, const LpcaShape& s) {
+  return coded_rows_bytes(std::uint64_t{s.clusters} * head.channels(), head.pairs, s.tables);
+}
+CheckedSize weight_bytes(const Head& head, const LpcaShape& s) {
+  return coded_rows_bytes(1, texel_count(head), s.texels);
+}
+
+RowTable texel_rows(const Head& head, const LpcaShape& s) {
+  return {texel_count(head), s.rank, s.texels, LPCA_TEXELS, 1};
+}
+RowTable vector_rows(const Head& head, const LpcaShape& s) {
+  return {std::uint64_t{s.clusters} * head.pairs, std::uint64_t{s.rank + 1} * head.channels(), s.tables,
+          LPCA_REFLECTANCE, 2};
+}
+
+// Words of slot 0.
+std::uint64_t table_words(const Head& head, const LpcaShape& s) {
+  const std::uint64_t scales = std::uint64_t{s.clusters} * (s.rank + 1) * head.channels() + s.rank;
+  return direction_words(head) + 2 * scales + index_bytes(head, s).value() / 4;
+}
+
+std::vector<ChunkSpec> chunks_of(const Head& head, const LpcaShape& s) {
+  std::vector<ChunkSpec> chunks = {directions_chunk(head),
+                                   {{kParm, kPayloadFlags}, kParmBytes},
+                                   {{kClus, kPayloadFlags}, index_bytes(head, s).saturated()},
+                                   {{kCmea, kPayloadFlags}, vector_bytes(head, s).saturated()}};
+  for (std::uint32_t k = 1; k <= s.rank; ++k) {
+    const auto level = static_cast<std::uint8_t>(k);
+    chunks.push_back({{kCvec, kPayloadFlags, level}, vector_bytes(head, s).saturated()});
+    chunks.push_back({{kCwgt, kPayloadFlags, level}, weight_bytes(head, s).saturated()});
+  }
+  return chunks;
+}
+
+Bytes pack_clusters(const Head& head, const LpcaShape& s, std::span<const std::uint16_t> cluster) {
+  Bytes raw(index_bytes(head, s).value());
+  for (std::size_t t = 0; t < cluster.size(); ++t) {
+    if (cluster_bytes(s) == 1) {
+      raw[t] = static_cast<std::uint8_t>(cluster[t]);
+    } else {
+      store_u16(&raw[2 * t], cluster[t]);
+    }
+  }
+  return raw;
+}
+
+// Rule LP4.
+std::optional<Error> cluster_fault(const Head& head, const LpcaShape& s, ByteView raw) {
+  const std::size_t bytes = cluster_bytes(s);
+  for (std::size_t i = 0; i < raw.size() / bytes; ++i) {
+    const std::uint32_t cluster = bytes == 1 ? raw[i] : load_u16(&raw[2 * i]);
+    const bool padding = i >= texel_count(head);
+    if (padding ? cluster != 0 : cluster >= s.clusters) {
+      return invalid("LP4", 0,
+                     fmt::format("entry {} of CLUS is {}, expected {}", i, cluster,
+                                 padding ? std::string("0, as padding is")
+                                         : fmt::format("a cluster below {}", s.clusters)));
+    }
+  }
+  return std::nullopt;
+}
+
+Result<CodedRows> read_rows(const ChunkReader& read, std::uint32_t type, std::uint32_t level,
+                            std::uint64_t rows, std::uint64_t columns, Precision precision) {
+  const Result<Bytes> raw = read({type, kPayloadFlags, static_cast<std::uint8_t>(level)});
+  if (!raw) return raw.error();
+  return read_coded_rows(*raw, rows, columns, precision, "LP3",
+                         fmt::format("{} of level {}", type_name(type), level));
+}
+
+}  // namespace
+
+const std::span<const std::uint32_t> kLpcaChunkTypes = kChunkTypes;
+const std::span<const OptionSpec> kLpcaSizeOptions = kSizeOptions;
+
+Bytes write_lpca_parm(const LpcaShape& s) {
+  Bytes parm(kParmBytes);
+  store_u32(&parm[0], s.clusters);
+  store_u32(&parm[4], s.rank);
+  parm[8] = static_cast<std::uint8_t>(s.texels);
+  parm[9] = static_cast<std::uint8_t>(s.tables);
+  return parm;
+}
+
+Result<LpcaShape> read_lpca_parm(const Head& head, ByteView parm) {
+  if (parm.size() != kParmBytes || parm[8] > 2 || parm[9] > 2 || load_u16(&parm[10]) != 0)
+    return invalid("LP1", 0, "PARM is not 12 bytes with precisions 0 to 2 and its reserved bytes 0");
+  const LpcaShape s{load_u32(&parm[0]), load_u32(&parm[4]), static_cast<Precision>(parm[8]),
+                    static_cast<Precision>(parm[9])};
+  if (s.clusters < 1 || s.clusters > kMostClusters || s.rank > kLpcaMostRank) {
+    return invalid("LP1", 0,
+                   fmt::format("PARM has {} clusters of rank {}, expected 1 to {} of at most {}", s.clusters,
+                               s.rank, kMostClusters, kLpcaMostRank));
+  }
+  if (const auto checked = check_table_head(head); !checked) return checked.error();
+  if (index_bytes(head, s).saturated() > kMaxChunkBytes ||
+      vector_bytes(head, s).saturated() > kMaxChunkBytes ||
+      weight_bytes(head, s).saturated() > kMaxChunkBytes || 4 * table_words(head, s) > kMaxChunkBytes ||
+      !texel_rows(head, s).fits() || !vector_rows(head, s).fits()) {
+    return invalid("LP2", 0,
+                   fmt::format("{}x{} texels of {} channels in {} clusters with {} components and {} pairs "
+                               "need more than 2^27 bytes a chunk or word slot",
+                               head.width, head.height, head.channels(), s.clusters, s.rank, head.pairs));
+  }
+  return s;
+}
+
+std::uint64_t lpca_formula_bits(const Head& head, const LpcaShape& s) {
+  return 8 * (kParmBytes + index_bytes(head, s).value() + (s.rank + 1) * vector_bytes(head, s).value() +
+              s.rank * weight_bytes(head, s).value());
+}
+
+std::uint64_t lpca_memory_bits(const Head& head, const LpcaShape& s) {
+  return 32 * (table_words(head, s) + texel_rows(head, s).words() + vector_rows(head, s).words());
+}
+
+std::uint64_t lpca_paper_values(const Head& head, const LpcaShape& s) {
+  return texel_count(head) + std::uint64_t{head.channels()} * s.clusters * head.pairs * (s.rank + 1);
+}
+
+std::vector<RawChunk> lpca_write(const Head& head, const LpcaShape& s, const LpcaPayload& payload) {
+  std::vector<RawChunk> chunks = {{{kHead, kCritical}, write_head(head)},
+                                  {{kDirs, kCritical}, write_directions(payload.directions)},
+                                  {{kParm, kPayloadFlags}, write_lpca_parm(s)},
+                                  {{kClus, kPayloadFlags}, pack_clusters(head, s, payload.cluster)},
+                                  {{kCmea, kPayloadFlags}, write_coded_rows(payload.means)}};
+  for (std::uint32_t k = 0; k < s.rank; ++k) {
+    const auto level = static_cast<std::uint8_t>(k + 1);
+    chunks.push_back({{kCvec, kPayloadFlags, level}, write_coded_rows(payload.vectors[k])});
+    chunks.push_back({{kCwgt, kPayloadFlags, level}, write_coded_rows(payload.weights[k])});
+  }
+  return chunks;
+}
+
+Result<ItemDescription> lpca_describe(const OptionValues& options) {
+  const Result<Head> head = table_head(ModelId::lpca, options);
+  if (!head) return head.error();
+  const auto clusters = parse_u32(options, "clusters", 1, kMostClusters);
+  if (!clusters) return clusters.error();
+  const auto rank = parse_u32(options, "rank", 0, kLpcaMostRank);
+  if (!rank) return rank.error();
+  const auto precision = parse_precision(options, "precision", Precision::f32);
+  if (!precision) return precision.error();
+  const auto tables = parse_precision(options, "table-precision", *precision);
+  if (!tables) return tables.error();
+  const Bytes parm = write_lpca_parm({clusters->value_or(8), rank->value_or(8), *precision, *tables});
+  if (const auto shape = read_lpca_parm(*head, parm); !shape) return as_usage(shape.error());
+  return ItemDescription{*head, parm};
+}
+
+Result<Layout> lpca_layout(const Head& head, ByteView parm) {
+  const Result<LpcaShape> shape = read_lpca_parm(head, parm);
+  if (!shape) return shape.error();
+  const LpcaShape& s = *shape;
+  Layout layout;
+  layout.chunks = chunks_of(head, s);
+  layout.formula_bits = lpca_formula_bits(head, s);
+  layout.memory_bits = lpca_memory_bits(head, s);
+  layout.paper =
+      table_paper("Filip, Haindl 2009 (survey), Table 6, 32 bits a value", head, lpca_paper_values(head, s));
+  // What Table 7 counts.
+  const PaperCount counted = table_paper("", head, lpca_paper_values(head, s) + s.rank * texel_count(head));
+  layout.paper->counts.push_back({"values_with_weights", counted.counts[0].value});
+  layout.paper->counts.push_back({"ratio_with_weights", counted.counts[2].value});
+  // Nine pairs, k + 1 vectors; then a multiplication and an addition a component and channel.
+  const std::uint64_t channels = head.channels();
+  layout.cost = TexelCost{2 * 9 * channels * (s.rank + 1) + 2 * channels * s.rank,
+                          9 * channels * (s.rank + 1) + s.rank + 1};
+  layout.parameters = {{"clusters", std::to_string(s.clusters)},
+                       {"rank", std::to_string(s.rank)},
+                       {"texel_precision", name_of(s.texels), false},
+                       {"table_precision", name_of(s.tables), false}};
+  for (const Map& map : head.maps) {
+    layout.map_bits.push_back(
+        8 * (s.rank + 1) *
+        coded_rows_bytes(std::uint64_t{s.clusters} * map.channels, head.pairs, s.tables).value());
+  }
+  return layout;
+}
+
+Result<LoadedItem> lpca_load(const Head& head, ByteView parm, const ChunkReader& read, std::uint32_t levels) {
+  const Result<LpcaShape> shape = read_lpca_parm(head, parm);
+  if (!shape) return shape.error();
+  LpcaShape s = *shape;
+  s.rank = std::min(s.rank, levels);
+  LoadedItem item;
+  item.head = head;
+  const Result<Bytes> dirs = read({kDirs, kCritical});
+  if (!dirs) return dirs.error();
+  Result<Directions> directions = read_directions(head, *dirs);
+  if (!directions) return directions.error();
+  item.directions = *std::move(directions);
+  const DirectionWords at = append_direction_words(item.directions, item.words[0]);
+  const Result<Bytes> clusters = read({kClus, kPayloadFlags});
+  if (!clusters) return clusters.error();
+  if (auto fault = cluster_fault(head, s, *clusters)) return *fault;
+  const auto cluster_word = static_cast<std::uint32_t>(item.words[0].size());
+  const std::vector<std::uint32_t> cluster_words = to_words(*clusters);
+  item.words[0].insert(item.words[0].end(), cluster_words.begin(), cluster_words.end());
+
+  const RowTable vectors = vector_rows(head, s);
+  RowTableWriter vector_writer(vectors, item), weight_writer(texel_rows(head, s), item);
+  const std::uint64_t channels = head.channels(), stride = (s.rank + 1) * channels;
+  std::vector<RowScale> scales(s.clusters * stride), weight_scales;
+  for (std::uint32_t k = 0; k <= s.rank; ++k) {
+    const Result<CodedRows> rows =
+        read_rows(read, k == 0 ? kCmea : kCvec, k, s.clusters * channels, head.pairs, s.tables);
+    if (!rows) return rows.error();
+    for (std::uint64_t r = 0; r < rows->rows; ++r) {
+      const std::uint64_t m = r / channels, c = r % channels;
+      scales[m * stride + k * channels + c] = rows->scales[r];
+      for (std::uint64_t pair = 0; pair < head.pairs; ++pair)
+        vector_writer.set(m * head.pairs + pair, k * channels + c, rows->elements[r * head.pairs + pair]);
+    }
+    if (k == 0) continue;
+    const Result<CodedRows> alpha = read_rows(read, kCwgt, k, 1, texel_count(head), s.texels);
+    if (!alpha) return alpha.error();
+    weight_scales.push_back(alpha->scales[0]);
+    for (std::uint64_t t = 0; t < texel_count(head); ++t) weight_writer.set(t, k - 1, alpha->elements[t]);
+  }
+  const auto scale_word = static_cast<std::uint32_t>(item.words[0].size());
+  append_scales(scales, item.words[0]);
+  append_scales(weight_scales, item.words[0]);
+
+  std::uint32_t first_channel = 0;
+  for (const Map& map : head.maps) {
+    const LpcaParams params{head.width,
+                            head.height,
+                            static_cast<uint>(head.wrap_u),
+                            static_cast<uint>(head.wrap_v),
+                            map.channels,
+                            first_channel,
+                            head.channels(),
+                            s.rank,
+                            at.views,
+                            at.lights,
+                            at.pairs,
+                            head.lights,
+                            head.pairs,
+                            scale_word,
+                            static_cast<uint>(scales.size()),
+                            cluster_word,
+                            8 * cluster_bytes(s),
+                            static_cast<uint>(s.texels),
+                            static_cast<uint>(s.tables),
+                            vectors.rows_per_slot()};
+    item.map_params.push_back(params_words(params));
+    first_channel += map.channels;
+  }
+  return item;
+}
+
+}  // namespace btfc

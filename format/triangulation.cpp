@@ -130,25 +130,98 @@ void make_delaunay(std::span<const DirectionPoint> points, Triangulation& r) {
   }
 }
 
+std::int64_t square_distance(const DirectionPoint& a, const DirectionPoint& b) {
+  const std::int64_t x = std::int64_t{b.x} - a.x, y = std::int64_t{b.y} - a.y;
+  return x * x + y * y;
+}
+
+// Whether p lies so near to the line through a and b that rounding of coordinates may have put it there.
+bool thin(const DirectionPoint& a, const DirectionPoint& b, const DirectionPoint& p) {
+  constexpr std::int64_t kThin = 64;  // units
+  return std::abs(turn(a, b, p)) <=
+         kThin * std::max(std::abs(std::int64_t{b.x} - a.x), std::abs(std::int64_t{b.y} - a.y));
+}
+
+// The first of the points that are farthest from one.
+std::uint32_t farthest(std::span<const DirectionPoint> points, std::uint32_t from) {
+  std::uint32_t best = 0;
+  for (std::uint32_t i = 1; i < points.size(); ++i) {
+    if (square_distance(points[from], points[i]) > square_distance(points[from], points[best])) best = i;
+  }
+  return best;
+}
+
+// The border of points on one line, or of one point; empty where they are not on a line.
+std::vector<std::array<std::uint32_t, 2>> chain(std::span<const DirectionPoint> points) {
+  if (points.size() == 1) return {{0, 0}};
+  const std::uint32_t a = farthest(points, 0), b = farthest(points, a);
+  if (!std::all_of(points.begin(), points.end(),
+                   [&](const DirectionPoint& p) { return thin(points[a], points[b], p); }))
+    return {};
+  const auto along = [&](std::uint32_t i) {
+    return (std::int64_t{points[i].x} - points[a].x) * (std::int64_t{points[b].x} - points[a].x) +
+           (std::int64_t{points[i].y} - points[a].y) * (std::int64_t{points[b].y} - points[a].y);
+  };
+  std::vector<std::uint32_t> order(points.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t i, std::uint32_t j) { return along(i) < along(j); });
+  std::vector<std::array<std::uint32_t, 2>> sides;
+  for (std::size_t i = 0; i + 1 < order.size(); ++i) sides.push_back({order[i], order[i + 1]});
+  return sides;
+}
+
+// Takes thin triangles off the border, whose third corner lies on their outer side but for rounding. Where
+// that would leave nothing, all stay.
+void peel(std::span<const DirectionPoint> points, Triangulation& r) {
+  const std::vector<Triangulation::Triangle> all = r.triangles;
+  std::vector<bool> gone(r.triangles.size());
+  for (bool found = true; found;) {
+    found = false;
+    for (std::uint32_t t = 0; t < r.triangles.size(); ++t) {
+      const auto& [corners, neighbours] = r.triangles[t];
+      for (std::size_t i = 0; i < 3 && !gone[t]; ++i) {
+        gone[t] = neighbours[i] == kNoTriangle &&
+                  thin(points[corners[(i + 1) % 3]], points[corners[(i + 2) % 3]], points[corners[i]]);
+      }
+      if (!gone[t] || corners == Corners{0, 0, 0}) continue;
+      for (const std::uint32_t n : neighbours) {
+        if (n != kNoTriangle) r.triangles[n].neighbours[corner_towards(r.triangles[n], t)] = kNoTriangle;
+      }
+      r.triangles[t] = {{0, 0, 0}, {kNoTriangle, kNoTriangle, kNoTriangle}};
+      found = true;
+    }
+  }
+  std::vector<std::uint32_t> number(r.triangles.size(), kNoTriangle);
+  std::vector<Triangulation::Triangle> kept;
+  for (std::uint32_t t = 0; t < r.triangles.size(); ++t) {
+    if (gone[t]) continue;
+    number[t] = static_cast<std::uint32_t>(kept.size());
+    kept.push_back(r.triangles[t]);
+  }
+  for (auto& t : kept) {
+    for (std::uint32_t& n : t.neighbours) n = n == kNoTriangle ? n : number[n];
+  }
+  r.triangles = kept.empty() ? all : std::move(kept);
+}
+
 }  // namespace
 
 Triangulation triangulate(std::span<const DirectionPoint> points) {
   Triangulation result;
+  result.border = chain(points);
+  if (!result.border.empty()) return result;
   std::vector<std::uint32_t> order(points.size());
   std::iota(order.begin(), order.end(), 0u);
   std::sort(order.begin(), order.end(),
             [&](std::uint32_t a, std::uint32_t b) { return points[a] < points[b]; });
-  std::size_t line = std::min<std::size_t>(2, order.size());
-  while (line < order.size() && turn(points[order[0]], points[order[1]], points[order[line]]) == 0) ++line;
-  if (line == order.size()) {
-    for (std::size_t i = 0; i + 1 < order.size(); ++i) result.border.push_back({order[i], order[i + 1]});
-    if (order.size() == 1) result.border.push_back({0, 0});
-    return result;
-  }
+  std::size_t line = 2;  // not all points lie on one line
+  while (turn(points[order[0]], points[order[1]], points[order[line]]) == 0) ++line;
   for (const Corners& corners : sweep(points, order, line))
     result.triangles.push_back({corners, {kNoTriangle, kNoTriangle, kNoTriangle}});
   join_neighbours(result);
   make_delaunay(points, result);
+  peel(points, result);
   for (const auto& t : result.triangles) {
     for (std::size_t i = 0; i < 3; ++i) {
       if (t.neighbours[i] == kNoTriangle)

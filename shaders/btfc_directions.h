@@ -61,7 +61,11 @@ BTFC_FN BtfcCorners btfc_settle(BTFC_IN(uvec3) index, BTFC_IN(vec3) raw) {
   return c;
 }
 
-// The nearest point of the hull's border.
+// The nearest point of the hull's border. Where the foot of p on a side lies s from the side's end, foot and
+// end are as near but for s^2 / 2: less than rounding while s still shows in the weights. So a foot between
+// the ends of its side is preferred to an end that is nearer by less than this.
+const float BTFC_NEAR = 4.76837158203125e-07f;  // 2^-21
+
 BTFC_FN BtfcCorners btfc_border_corners(BTFC_WORDS words, uint points, uint sides, uint count,
                                         BTFC_IN(vec2) p) {
   uvec3 index = uvec3(0u, 0u, 0u);
@@ -73,9 +77,10 @@ BTFC_FN BtfcCorners btfc_border_corners(BTFC_WORDS words, uint points, uint side
     vec2 ab = b - a, ap = p - a;
     float length = ab.x * ab.x + ab.y * ab.y;
     float t = length > 0.0f ? (ap.x * ab.x + ap.y * ab.y) / length : 0.0f;
+    bool between = t > 0.0f && t < 1.0f;
     t = t < 0.0f ? 0.0f : (t > 1.0f ? 1.0f : t);
     vec2 off = vec2(ap.x - t * ab.x, ap.y - t * ab.y);
-    float distance = off.x * off.x + off.y * off.y;
+    float distance = sqrt(off.x * off.x + off.y * off.y) - (between ? BTFC_NEAR : 0.0f);
     if (distance < best) {
       best = distance;
       at = t;

@@ -127,16 +127,16 @@ std::vector<LocalPca> fit_all(const Matrix& vectors, const Assignment& a, std::u
   return pcas;
 }
 
-}  // namespace
-
-LpcaClusters lpca_clusters(const Matrix& vectors, const LpcaClusterOptions& options) {
-  use_blas_single_threaded();
-  Assignment a = assign(vectors, first_centres(vectors, options.clusters, options.seed));
+LpcaClusters clusters_from(const Matrix& vectors, const LpcaClusterOptions& options, std::uint64_t seed) {
+  Assignment a = assign(vectors, first_centres(vectors, options.clusters, seed));
   fill_empty(a, options.clusters);
-  constexpr int kPlainSteps = 4;
-  for (int step = 0; step < kPlainSteps; ++step) {
-    a = assign(vectors, fit_all(vectors, a, options.clusters, 0));
-    fill_empty(a, options.clusters);
+  // Local PCAs of full rank show their own members too well to let any go: the rank grows step by step.
+  constexpr int kSteps = 6;
+  for (std::uint32_t rank = 0; rank < options.rank; rank = std::max(1u, 2 * rank)) {
+    for (int step = 0; step < kSteps; ++step) {
+      a = assign(vectors, fit_all(vectors, a, options.clusters, rank));
+      fill_empty(a, options.clusters);
+    }
   }
   LpcaClusters result;
   double before = std::numeric_limits<double>::infinity();
@@ -153,6 +153,18 @@ LpcaClusters lpca_clusters(const Matrix& vectors, const LpcaClusterOptions& opti
   }
   result.cluster = std::move(a.cluster);
   return result;
+}
+
+}  // namespace
+
+LpcaClusters lpca_clusters(const Matrix& vectors, const LpcaClusterOptions& options) {
+  use_blas_single_threaded();
+  LpcaClusters best;
+  for (std::uint64_t start = 0; start < options.starts; ++start) {
+    LpcaClusters found = clusters_from(vectors, options, options.seed + start);
+    if (start == 0 || found.error < best.error) best = std::move(found);
+  }
+  return best;
 }
 
 }  // namespace btfc

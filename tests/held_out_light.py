@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How well model ptm relights from a light that it has not seen: each light held out in turn, PSNR inside the mask.
 
-held_out_light.py --btfc PATH DIRECTORY…   photographs of one object with mask.png and a table of lights, here or above
+held_out_light.py --btfc PATH DIRECTORY…   photographs (PNG) of one object with a mask and a table of lights, here or above
 
 The file is fitted to all other lights and evaluated at the one held out; errors are pooled over the mask's texels and
 channels, values clamped to 0 … 1. Takes what is stored as it is, with no intensities of lights divided out.
@@ -9,12 +9,14 @@ channels, values clamped to 0 … 1. Takes what is stored as it is, with no inte
 
 import argparse
 import math
+import re
 import subprocess
 import tempfile
 from pathlib import Path
 
 import numpy
-from PIL import Image
+
+from make_vectors import read_png
 
 NAMES = "light_directions.txt", "lights.txt"
 
@@ -30,33 +32,25 @@ def lights_of(folder):
 
 
 def photographs_of(folder):
-    kinds = {".png", ".jpg", ".tif", ".tiff"}
-    files = [p for p in folder.iterdir() if p.suffix.lower() in kinds]
+    files = [p for p in folder.iterdir() if p.suffix.lower() == ".png"]
     masks = [p for p in files if "mask" in p.stem.lower()]
-    key = lambda p: [int(part) if part.isdigit() else part for part in split_digits(p.stem)]
-    shots = sorted((p for p in files if p not in masks and "normal" not in p.stem.lower()), key=key)
+    shots = sorted((p for p in files if p not in masks),
+                   key=lambda p: [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", p.stem)])
     return shots, masks
 
 
-def split_digits(text):
-    import re
-    return re.split(r"(\d+)", text)
-
-
 def values(path):
-    image = numpy.asarray(Image.open(path).convert("RGB"), dtype=numpy.float64)
-    return image / 255
+    width, height, channels, bits, codes = read_png(path)
+    return numpy.array(codes, dtype=numpy.float64).reshape(height, width, channels) / (2 ** bits - 1)
 
 
 def held_out(btfc, shots, lights, mask, folder, which, options):
-    lines = [f"{len(shots) - 1}"]
-    lines += [f"{shots[i]} {x} {y} {z}" for i, (x, y, z) in enumerate(lights) if i != which]
     work = Path(folder, str(which))
     work.mkdir()
     for i, shot in enumerate(shots):
         if i != which:
             (work / shot.name).symlink_to(shot.resolve())
-    lines[1:] = [f"{shots[i].name} {x} {y} {z}" for i, (x, y, z) in enumerate(lights) if i != which]
+    lines = [f"{len(shots) - 1}"] + [f"{shots[i].name} {x} {y} {z}" for i, (x, y, z) in enumerate(lights) if i != which]
     (work / "lights.lp").write_text("\n".join(lines) + "\n")
     file, image = work / "fit.btfc", work / "relit.png"
     subprocess.run([btfc, "encode", work / "lights.lp", "-o", file, "--model", "ptm", "--level", "1", *options], check=True,

@@ -2,6 +2,7 @@
 #include "shaders/models/plm.h"
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include "format/models/plm_payload.h"

@@ -2,6 +2,7 @@
 #include "shaders/models/ptm.h"
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include <numeric>
@@ -67,7 +68,7 @@ TEST(Ptm, FewLights) {
 TEST(Ptm, LightsOnALineOrOnOneSide) {
   DatasetInfo info = small_info(2, 2, 1, 1, 9);
   for (std::size_t i = 0; i < 9; ++i)
-    info.lights[i] = direction_from_degrees(std::abs(i * 20.0 - 80), i < 4 ? 180 : 0);
+    info.lights[i] = direction_from_degrees(std::abs(static_cast<double>(i) * 20 - 80), i < 4 ? 180 : 0);
   FitResult fitted = fit_set("ptm", make_dataset(info, polynomial), {});
   EXPECT_EQ(reported(fitted, "least_rank"), 3);
   EXPECT_LT(worst_error(pack(fitted), info, polynomial), 3e-5);
@@ -176,7 +177,8 @@ RC_GTEST_PROP(Ptm, FormulaIsPayloadAndMemory, ()) {
   head.views = static_cast<std::uint32_t>(directions.views.size());
   head.lights = static_cast<std::uint32_t>(directions.lights.size());
   head.pairs = static_cast<std::uint32_t>(directions.pairs.size());
-  for (std::uint32_t m = 0; m < *rc::gen::inRange(1u, 4u); ++m) {
+  const std::uint32_t maps = *rc::gen::inRange(1u, 4u);
+  for (std::uint32_t m = 0; m < maps; ++m) {
     Map map;
     map.name = fmt::format("m{}", m);
     map.channels = *rc::gen::inRange(1u, 5u);

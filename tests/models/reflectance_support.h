@@ -58,7 +58,7 @@ inline Dataset make_dataset(const DatasetInfo& info, const Reflectance& value) {
     }
     dataset->write_image(pair, codes);
   }
-  return *std::move(dataset);
+  return std::move(*dataset);
 }
 
 inline FitResult fit_set(const char* model, const Dataset& dataset, const OptionValues& options,

@@ -9,13 +9,17 @@
 namespace btfc {
 
 Result<Head> table_head(ModelId model, const OptionValues& options) {
-  const auto size = parse_pair(options, "size", 1, kMaxSide, false);
+  const auto size = parse_pair(options, "size", 1, kMaxSide, true);
   if (!size) return size.error();
   if (!*size) return bad_argument("--size WxH is missing");
   const auto views = parse_u32(options, "views", 1, kMaxTableDirections);
   if (!views) return views.error();
   const auto lights = parse_u32(options, "lights", 1, kMaxTableDirections);
   if (!lights) return lights.error();
+  const auto both = parse_u32(options, "directions", 1, kMaxTableDirections);
+  if (!both) return both.error();
+  if (*both && (*views || *lights))
+    return bad_argument("--directions stands in place of --views and --lights");
   const auto pairs = parse_u32(options, "pairs", 1, kMaxPairs);
   if (!pairs) return pairs.error();
   const auto channels = parse_u32(options, "channels", 1, 4);
@@ -28,8 +32,8 @@ Result<Head> table_head(ModelId model, const OptionValues& options) {
   head.model = model;
   head.width = (*size)->first;
   head.height = (*size)->second;
-  head.views = views->value_or(81);
-  head.lights = lights->value_or(81);
+  head.views = views->value_or(both->value_or(81));
+  head.lights = lights->value_or(both->value_or(81));
   head.pairs = pairs->value_or(head.views * head.lights);
   Map map;
   map.channels = channels->value_or(3);

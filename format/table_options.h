@@ -14,7 +14,8 @@
 namespace btfc {
 
 inline constexpr OptionSpec kTableSizeOptions[] = {
-    {"size", "WxH", "texels of the tile (required)"},
+    {"size", "N|WxH", "texels of the tile (required)"},
+    {"directions", "N", "as many views as lights, in place of --views and --lights"},
     {"views", "N", "number of views (default 81)"},
     {"lights", "N", "number of lights (default 81)"},
     {"pairs", "N", "number of pairs of a view and a light (default: all)"},

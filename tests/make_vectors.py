@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Makes the decode vectors of model patch, and holds what the tests of the command share: images and files by hand.
+"""Makes the decode vectors, and holds what the tests of the command share: images and files by hand.
 
-make_vectors.py --btfc PATH [--source DIR]   writes tests/vectors/patch/*.btfc and a .json beside each
+make_vectors.py --btfc PATH [--source DIR] [MODEL…]   writes tests/vectors/MODEL/*.btfc and a .json beside each
 
-The command makes the files; the expected codes and sizes come from tests/reference, which shares no code with it.
-The bytes of a vector may change with the encoder, what is decoded from given bytes may not.
+The command makes the files; the expected codes, values and sizes come from tests/reference, which shares no code with
+it. The bytes of a vector may change with the encoder, what is decoded from given bytes may not.
 """
 
 import argparse
@@ -21,6 +21,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 CRITICAL, PAYLOAD, SAFE_TO_COPY = 1, 2, 4
 RAW, ZSTD = 0, 1
+MODELS = ("patch", "pcarf", "pca", "lpca")
 HEADER, ENTRY = "<12sHH4I3Q", "<4sHHQQQQII"
 
 
@@ -192,7 +193,7 @@ def image(folder, channels, bits, width, height, seed=1):
     return str(path)
 
 
-def recipes(btfc, folder):
+def patch_recipes(btfc, folder):
     """Name -> arguments of encode."""
 
     def synth(kind, size, sample_type="unorm8"):
@@ -238,41 +239,95 @@ def recipes(btfc, folder):
     }
 
 
+def btf_recipes(model, folder):
+    """Name -> arguments of encode, for a model of BTFs."""
+    import btf_sets as sets
+
+    def made(name, *args, **more):
+        return sets.write_set(Path(folder, f"{model}-{name}"), *args, **more)
+
+    def precision(texels, tables, rank, clusters):
+        more = ["--clusters", str(clusters)] if model == "lpca" else []
+        return ["--precision", texels, "--table-precision", tables, "--rank", str(rank), *more]
+
+    few = sets.RING[:3]
+    gone = {(0, 1), (1, 2), (2, 0), (2, 2), (4, 1), (4, 2), (4, 3)}
+    named = sets.write_named_set(Path(folder, f"{model}-named"), sets.RING, sets.RING, (4, 3), missing=gone)
+    lights = sets.SIDE[:4] if model == "pcarf" else sets.SIDE
+    return {
+        "rgb8_f32": [made("rgb8", sets.RING, sets.RING, (5, 3)), *precision("f32", "f32", 1, 2), "--codec", "raw"],
+        "grey16_f16": [made("grey16", sets.HORIZON, sets.GRID, (6, 4), 1, "unorm16"),
+                       *precision("f16", "f16", 2, 3), "--codec", "zstd"],
+        "spectral_u8": [made("spectral", few, sets.HORIZON, (5, 4), 5, "float16", peak=6.0),
+                        *precision("u8", "u8", 2, 2), "--codec", "raw"],
+        "single": [made("single", [(25, 70)], [(50, 200)], (7, 5)), *precision("f32", "u8", 0, 1), "--codec", "zstd"],
+        "line_wraps": [made("line", sets.LINE, lights, (4, 3), wraps=True), *precision("u8", "f32", 2, 4),
+                       "--codec", "zstd"],
+        "missing": [named, *precision("f16", "u8", 3, 12), "--missing", "skip", "--codec", "raw"],
+        "few_float16": [made("half", sets.GRID[:4], sets.RING[1:], (3, 4), 3, "float16", peak=40.0,
+                             missing={(0, 0), (1, 2), (3, 3)}),
+                        *precision("f32", "f16", 3, 12 if model == "lpca" else 1), "--codec", "zstd"],
+    }
+
+
+def recipes(model, btfc, folder):
+    return patch_recipes(btfc, folder) if model == "patch" else btf_recipes(model, folder)
+
+
 def expected(path):
     """What the independent reader finds in a file."""
     import btfc_reference as reference
     with open(path, "rb") as stream:
         item, numbers, maps = reference.open_item(stream), reference.info(stream, None), []
         for number, m in enumerate(item.head.maps):
+            row = {"name": m.name, "channels": m.channels, "sample_type": numbers["maps"][number]["sample_type"]}
+            maps.append(row)
+            if item.model.VALUES:
+                continue
             bands = list(reference.decode_region(item, number, 0, 0, item.head.width, item.head.height))
             codes = b"".join(band.astype("u1" if m.bits == 8 else "<u2").tobytes() for band in bands)
             first = [[int(c) for c in texel] for texel in bands[0].reshape(-1, m.channels)[:4]]
-            maps.append({"name": m.name, "channels": m.channels, "sample_type": numbers["maps"][number]["sample_type"],
-                         "xxh3_64": f"{hash_of(codes):016x}", "first_texels": first})
-    keys = ("width", "height", "payload_bits", "formula_bits", "memory_bits", "file_bytes")
-    return {**{key: numbers[key] for key in keys}, "maps": maps}
+            row.update({"xxh3_64": f"{hash_of(codes):016x}", "first_texels": first})
+        keys = ("width", "height", "payload_bits", "formula_bits", "memory_bits", "file_bytes")
+        out = {**{key: numbers[key] for key in keys}, "maps": maps}
+        if item.model.VALUES:
+            import btf_sets as sets
+            out = {**{key: numbers[key] for key in ("views", "lights", "pairs", "paper_bits")}, **out}
+            out["largest"] = item.model.largest()
+            out["queries"] = sets.queries_of(item)
+            for q in out["queries"]:
+                values = reference.value(item, q["map"], q["x"], q["y"], q["view"], q["light"])
+                q["values"] = [float(f"{v:.12g}") for v in values]
+    return out
+
+
+def write_vectors(model, args):
+    target = args.source / "tests/vectors" / model
+    target.mkdir(parents=True, exist_ok=True)
+    for old in [*target.glob("*.btfc"), *target.glob("*.json")]:
+        old.unlink()
+    with tempfile.TemporaryDirectory() as folder:
+        for name, arguments in recipes(model, args.btfc, folder).items():
+            path = target / f"{name}.btfc"
+            subprocess.run([args.btfc, "encode", *arguments, "-o", path, "--model", model, "--json"], check=True,
+                           stdout=subprocess.DEVNULL)
+            numbers = expected(path)
+            text = json.dumps(numbers).replace('"queries": [', '"queries": [\n').replace('}, {"map"', '},\n{"map"')
+            path.with_suffix(".json").write_text(text + "\n")
+            print(f"{model:5} {name:20} {numbers['width']}x{numbers['height']} {numbers['file_bytes']} bytes")
+            if numbers["file_bytes"] > 8192:
+                sys.exit(f"{name} is above 8 KiB")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--btfc", required=True)
     parser.add_argument("--source", type=Path, default=ROOT)
+    parser.add_argument("models", nargs="*", metavar="MODEL", help=f"of {', '.join(MODELS)}; default all")
     args = parser.parse_args()
     sys.path.insert(0, str(args.source / "tests/reference"))
-    target = args.source / "tests/vectors/patch"
-    target.mkdir(parents=True, exist_ok=True)
-    for old in [*target.glob("*.btfc"), *target.glob("*.json")]:
-        old.unlink()
-    with tempfile.TemporaryDirectory() as folder:
-        for name, arguments in recipes(args.btfc, folder).items():
-            path = target / f"{name}.btfc"
-            subprocess.run([args.btfc, "encode", *arguments, "-o", path, "--model", "patch", "--json"], check=True,
-                           stdout=subprocess.DEVNULL)
-            numbers = expected(path)
-            path.with_suffix(".json").write_text(json.dumps(numbers) + "\n")
-            print(f"{name:20} {numbers['width']}x{numbers['height']} {numbers['file_bytes']} bytes")
-            if numbers["file_bytes"] > 8192:
-                sys.exit(f"{name} is above 8 KiB")
+    for model in args.models or MODELS:
+        write_vectors(model, args)
 
 
 if __name__ == "__main__":

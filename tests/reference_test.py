@@ -3,8 +3,9 @@
 
 reference_test.py --btfc PATH [--source DIR] [--dump PATH] [unittest arguments]
 
---dump names the program `btfc_dump IN.btfc MAP OUT.raw`, which writes the codes of a map through the C
-interface; without it codes come from the PNGs that the command decodes to, which hold unorm8 and unorm16 unchanged.
+--dump names the program btfc_dump, which writes codes and values through the C interface. Without it codes come from
+the PNGs that the command decodes to, which hold unorm8 and unorm16 unchanged, and the values of models with directions
+are not compared. These agree where they differ by 1e-5 of the file's largest value at most.
 """
 
 import argparse
@@ -21,6 +22,7 @@ import unittest
 from pathlib import Path
 
 sys.dont_write_bytecode = True
+import btf_sets as sets
 import make_vectors as files
 
 try:
@@ -32,8 +34,9 @@ except ImportError as error:
     MISSING = f"python modules are missing: {error}"
 
 BTFC, SOURCE, DUMP = None, files.ROOT, None
-ENCODED, MUTATIONS = 30, 340
-reference = None  # the module, once --source is known
+ENCODED, ENCODED_SETS, MUTATIONS = 30, 12, 680
+TOLERANCE = 1e-5  # of the largest value
+reference = reference_tables = None  # the modules, once --source is known
 
 
 def run(*args):
@@ -51,6 +54,20 @@ def reader_codes(data, number):
     return b"".join(band.astype(dtype).tobytes() for band in bands)
 
 
+def gives_values(data):
+    return reference.open_file(io.BytesIO(data)).model.VALUES
+
+
+def term_size(data):
+    """The largest sum of the sizes of a value's terms: what rounding errors of odd files are measured by."""
+    item = reference.open_item(io.BytesIO(data))
+    for key, values in item.model.whole.items():
+        scales = reference_tables.array_parts(*item.model.raw[key][:1], *item.model.raw[key][1])[0]
+        # offset + step e may cancel too.
+        item.model.whole[key] = np.abs(values) + (0 if scales is None else np.abs(scales[:, :1]))
+    return item.model.largest()
+
+
 def reader_verdict(data):
     """0, 3 or 5, as `btfc verify` exits."""
     try:
@@ -66,6 +83,9 @@ class ReferenceTest(unittest.TestCase):
     def setUpClass(cls):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = Path(cls.temporary.name)
+
+    def setUp(self):
+        self.worst = 0.0
 
     @classmethod
     def tearDownClass(cls):
@@ -107,6 +127,56 @@ class ReferenceTest(unittest.TestCase):
             else:
                 self.assertTrue(codes == reader_codes(data, number), f"{path}: map {m['name']} decodes differently")
 
+    def command_values(self, path, queries, channels):
+        """The values of each query as the decoder gives them."""
+        text, out = self.folder / "queries.txt", self.folder / "values.f32"
+        text.write_text(sets.query_lines(queries))
+        done = subprocess.run([DUMP, path, "--queries", text, out], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, f"{path}: {done.stderr}")
+        numbers, answers = iter(np.frombuffer(out.read_bytes(), "<f4").tolist()), []
+        for q in queries:
+            answers.append([next(numbers) for _ in range(channels[q["map"]])])
+        self.assertIsNone(next(numbers, None))
+        return answers
+
+    def compare_values(self, path, queries, found, expected, most):
+        worst = 0.0
+        for q, a, b in zip(queries, found, expected):
+            difference = max(abs(x - y) for x, y in zip(a, b))
+            self.assertLessEqual(difference, most, f"{path}: {q}: {a} instead of {b}")
+            worst = max(worst, difference)
+        return worst
+
+    def check_values(self, path, queries=None, size=None):
+        """The reader's two ways, and the command against them; size: what differences are measured by."""
+        data = path.read_bytes()
+        answer = reference.selftest(io.BytesIO(data), types.SimpleNamespace(count=300))
+        self.assertTrue(answer["ok"], f"{path}: {answer}")
+        item = reference.open_item(io.BytesIO(data))
+        size = size or item.model.largest()
+        queries = queries or sets.queries_of(item, 60, len(data))
+        expected = [reference.value(item, *(q[key] for key in ("map", "x", "y", "view", "light"))) for q in queries]
+        if DUMP:
+            found = self.command_values(path, queries, [m.channels for m in item.head.maps])
+            self.worst = max(self.worst, self.compare_values(path, queries, found, expected, TOLERANCE * size) / size)
+            self.check_rounded(path, item)
+        return expected
+
+    def check_rounded(self, path, item):
+        """Whole maps along the normal: section 6's rounding, of values that may differ by a step at its borders."""
+        for number, m in enumerate(item.head.maps):
+            dtype = "u1" if m.bits == 8 else "<u2"
+            codes = np.frombuffer(self.command_codes(path, number, m.name, "float16"), dtype).astype(np.int64)
+            expected = np.concatenate(list(reference.decode_region(item, number, 0, 0, item.head.width,
+                                                                   item.head.height))).ravel().astype(np.int64)
+            y, x = np.divmod(np.arange(item.head.width * item.head.height), item.head.width)
+            values = np.abs(item.model.values(number, x, y, reference.NORMAL, reference.NORMAL)).ravel()
+            steps = {8: 1, 16: 1 + 65535 * TOLERANCE * item.model.largest()}[m.bits]
+            if m.sample_type == 2:
+                codes, expected = (c.astype("<u2").view("<f2").astype(float) for c in (codes, expected))
+                steps = np.maximum(values / 1024, TOLERANCE * item.model.largest()) + 1e-7
+            self.assertTrue((np.abs(codes - expected) <= steps).all(), f"{path}: map {m.name} is rounded differently")
+
     def check_file(self, path):
         """Everything that reader and command say about one file; returns the command's info."""
         data = path.read_bytes()
@@ -129,7 +199,10 @@ class ReferenceTest(unittest.TestCase):
         if all(c["codec"] == "raw" for c in chunks):
             self.assertEqual(said["file_bytes"], said["file_max_bytes"], path)
 
-        self.check_texels(path, said["maps"])
+        if gives_values(data):
+            self.check_values(path)
+        else:
+            self.check_texels(path, said["maps"])
         return said
 
     def test_vectors(self):
@@ -137,12 +210,16 @@ class ReferenceTest(unittest.TestCase):
         for path in vectors():
             with self.subTest(path.name):
                 said, expected = self.check_file(path), json.loads(path.with_suffix(".json").read_text())
-                maps = expected.pop("maps")
+                maps, queries = expected.pop("maps"), expected.pop("queries", None)
+                largest, paper = expected.pop("largest", None), expected.pop("paper_bits", said["paper"]["bits"])
+                self.assertEqual(said["paper"]["bits"], paper)
                 self.assertEqual({key: said[key] for key in expected}, expected)
                 self.assertEqual(len(said["maps"]), len(maps))
                 for number, (m, wanted) in enumerate(zip(said["maps"], maps)):
                     for key in ("name", "channels", "sample_type"):
                         self.assertEqual(m[key], wanted[key])
+                    if queries:
+                        continue
                     for codes in (reader_codes(path.read_bytes(), number),
                                   self.command_codes(path, number, m["name"], m["sample_type"])):
                         if codes is None:
@@ -150,6 +227,10 @@ class ReferenceTest(unittest.TestCase):
                         self.assertEqual(f"{xxhash.xxh3_64_intdigest(codes):016x}", wanted["xxh3_64"])
                         numbers = np.frombuffer(codes, "u1" if m["sample_type"] == "unorm8" else "<u2")
                         self.assertEqual(numbers.reshape(-1, m["channels"])[:4].tolist(), wanted["first_texels"])
+                if queries:
+                    found = self.check_values(path, queries, largest)
+                    self.compare_values(path, queries, found, [q["values"] for q in queries], 1e-9 * largest)
+        print(f"\nvalues of vectors differ by {self.worst:.1e} of the largest at most", file=sys.stderr)
 
     def test_encoded_files(self):
         rng = random.Random(20)
@@ -175,6 +256,60 @@ class ReferenceTest(unittest.TestCase):
                 self.assertEqual(done.returncode, 0, done.stderr)
                 self.check_file(path)
 
+    def test_encoded_sets(self):
+        """The models of BTFs: random directions, sizes, ranks, precisions and pairs."""
+        rng = random.Random(30)
+        grids = [sets.RING, sets.GRID, sets.LINE, sets.SIDE, sets.HORIZON]
+        for number in range(ENCODED_SETS):
+            model = ("pcarf", "pca", "lpca")[number % 3]
+
+            def directions():
+                grid = rng.choice(grids)
+                some = rng.sample(grid, rng.randint(1, len(grid)))
+                if rng.random() < 0.5:
+                    some = sorted({(rng.randint(1, 90), rng.randrange(360)) for _ in range(rng.randint(1, 12))})
+                return some if sets.least_height(some, reference_tables) > 2 ** -5 else directions()
+
+            views, lights = directions(), directions()
+            channels = rng.choice([1, 3, 3, 5])
+            sample_type = "float16" if channels == 5 else rng.choice(["unorm8", "unorm16", "float16"])
+            size = rng.randint(1, 9), rng.randint(1, 9)
+            pairs = [(a, b) for a in range(len(views)) for b in range(len(lights))]
+            missing = set(rng.sample(pairs, len(pairs) // 3)) if rng.random() < 0.5 else set()
+            # Each view and each light stays in a pair.
+            missing -= {(a, a % len(lights)) for a in range(len(views))} | {(b % len(views), b)
+                                                                          for b in range(len(lights))}
+            most = min(6, size[0] * size[1], len(pairs) - len(missing))
+            rank = rng.randint(0, most if model != "pcarf" else min(most, len(lights)))
+            arguments = ["--rank", rank, "--precision", rng.choice(["f32", "f16", "u8"]), "--table-precision",
+                         rng.choice(["f32", "f16", "u8"]), "--codec", rng.choice(["raw", "zstd"])]
+            if model == "lpca":
+                arguments += ["--clusters", rng.choice([1, 2, size[0] * size[1]])]
+            with self.subTest(f"{number}: {model} {size} {channels} {sample_type} {len(views)}x{len(lights)} views and "
+                              f"lights less {len(missing)}, {' '.join(map(str, arguments))}"):
+                described = sets.write_set(self.folder / f"set{number}", views, lights, size, channels, sample_type,
+                                           rng.random() < 0.5, missing, number)
+                path = self.folder / "set.btfc"
+                done = run("encode", described, "-o", path, "--model", model, *arguments)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                said = self.check_file(path)
+                self.assertEqual((said["views"], said["lights"], said["pairs"]),
+                                 (len(views), len(lights), len(pairs) - len(missing)))
+        print(f"\nvalues of encoded sets differ by {self.worst:.1e} of the largest at most", file=sys.stderr)
+
+    def test_values_as_a_program(self):
+        path = self.folder / "program.btfc"
+        source = next(p for p in vectors() if p.parent.name == "pca")
+        path.write_bytes(source.read_bytes())
+        expected = json.loads(source.with_suffix(".json").read_text())["queries"]
+        queries, out = self.folder / "queries.json", self.folder / "values.f64"
+        queries.write_text(json.dumps(expected))
+        reader = SOURCE / "tests/reference/btfc_reference.py"
+        subprocess.run([sys.executable, "-B", reader, "values", path, queries, "-o", out], check=True)
+        found = np.frombuffer(out.read_bytes(), "<f8")
+        wanted = np.array([v for q in expected for v in q["values"]])
+        self.assertLess(np.abs(found - wanted).max(), 1e-9 * np.abs(wanted).max())
+
     def test_reader_as_a_program(self):
         path = self.folder / "program.btfc"
         good = vectors()[0].read_bytes()
@@ -190,6 +325,7 @@ class ReferenceTest(unittest.TestCase):
     def mutated(self, data, rng):
         """One file with a fault or a harmless change, and what was done to it."""
         chunks = files.read_chunks(data)
+        values = gives_values(data)
         directory = 64 + 48 * len(chunks)
         way = rng.randrange(8)
 
@@ -213,7 +349,8 @@ class ReferenceTest(unittest.TestCase):
         if way == 4:
             gone = rng.choice(chunks)
             rest = [c for c in chunks if c is not gone]
-            extra = [files.Chunk(**{**vars(gone), rng.choice(["flags", "key_a", "tile"]): rng.randrange(9)})]
+            extra = [files.Chunk(**{**vars(gone), rng.choice(["flags", "key_a", "tile"]): rng.choice(
+                [rng.randrange(9), rng.randrange(9) << 8] if values else [rng.randrange(9)])})]
             if rng.random() < 0.5:
                 return files.build_file(rest + extra), f"{gone.type} with other flags or key"
             return files.build_file(rest or chunks), f"without {gone.type}"
@@ -243,7 +380,18 @@ class ReferenceTest(unittest.TestCase):
         else:
             raw = flipped(raw, at)
         changed = files.raw_chunk(chunk.type, chunk.flags, raw, chunk.key_a)
+        changed.tile = chunk.tile
         return files.build_file([changed if c is chunk else c for c in chunks]), f"{chunk.type} byte {at}, rehashed"
+
+    def check_mutated_values(self, path, what):
+        """Moved directions may lie almost on a line or a circle, where rounding decides (tables.md 4)."""
+        data = path.read_bytes()
+        if "DIRS" in what:
+            item = reference.open_item(io.BytesIO(data))
+            if DUMP:
+                self.command_values(path, sets.queries_of(item), [m.channels for m in item.head.maps])
+            return
+        self.check_values(path, size=term_size(data))
 
     def test_mutations(self):
         rng, path, counts, rules = random.Random(4), self.folder / "mutated.btfc", [0, 0], set()
@@ -257,7 +405,9 @@ class ReferenceTest(unittest.TestCase):
             with self.subTest(f"{number}: {source.name}, {what}"):
                 self.assertIn(done.returncode, (0, 3, 5), done.stderr)
                 self.assertEqual(done.returncode == 0, status == 0, f"reader: {status} {rule}, command: {done.stderr}")
-                if status == 0:
+                if status == 0 and gives_values(data):
+                    self.check_mutated_values(path, what)
+                elif status == 0:
                     self.check_texels(path, reference.info(io.BytesIO(data), None)["maps"])
             counts[status != 0] += 1
             rules.add(rule)
@@ -267,7 +417,7 @@ class ReferenceTest(unittest.TestCase):
 
 
 def main():
-    global BTFC, SOURCE, DUMP, reference
+    global BTFC, SOURCE, DUMP, reference, reference_tables
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--btfc", required=True)
     parser.add_argument("--source", type=Path, default=files.ROOT)
@@ -277,7 +427,8 @@ def main():
     if not MISSING:
         sys.path.insert(0, str(SOURCE / "tests/reference"))
         import btfc_reference
-        reference = btfc_reference
+        import btfc_tables
+        reference, reference_tables = btfc_reference, btfc_tables
     unittest.main(argv=[sys.argv[0], *rest])
 
 

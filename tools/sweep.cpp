@@ -29,6 +29,19 @@ std::optional<double> SweepPoint::paper_rate() const {
   return size["paper"]["bits_per_texel"].get<double>();
 }
 
+std::optional<double> SweepPoint::formula_ratio() const {
+  if (size.is_null()) return std::nullopt;
+  return size["ratio_u8"].get<double>();
+}
+std::optional<double> SweepPoint::paper_ratio() const {
+  if (size.is_null() || !size.contains("paper") || !size["paper"].contains("ratio")) return std::nullopt;
+  return size["paper"]["ratio"].get<double>();
+}
+
+bool Sweep::btf() const {
+  return std::any_of(points.begin(), points.end(), [](const SweepPoint& p) { return p.paper_ratio(); });
+}
+
 Result<SweepRange> parse_sweep(const std::string& text) {
   const auto malformed = [&](const std::string& expected) {
     return bad_argument(fmt::format("--sweep is '{}', expected {}", text, expected));
@@ -80,6 +93,7 @@ std::string sweep_text(const Sweep& sweep) {
   std::string text =
       fmt::format("{:>8} {:>6} {:>6} {:>14} {:>14} {:>10} {:>14} {:>20}", sweep.range.name, "width", "height",
                   "formula_bits", "bits_per_texel", "ratio_u8", "paper.bits", "paper.bits_per_texel");
+  if (sweep.btf()) text += fmt::format(" {:>12}", "paper.ratio");
   for (const SweepPoint& p : sweep.points) {
     text += fmt::format("\n{:>8} ", p.value);
     if (p.size.is_null()) {
@@ -91,6 +105,7 @@ std::string sweep_text(const Sweep& sweep) {
                         *p.formula_rate(), p.size["ratio_u8"].get<double>());
     if (const auto rate = p.paper_rate())
       text += fmt::format(" {:>14} {:>20.6f}", p.size["paper"]["bits"].get<std::uint64_t>(), *rate);
+    if (const auto ratio = p.paper_ratio()) text += fmt::format(" {:>12.4f}", *ratio);
   }
   return text;
 }

@@ -20,6 +20,9 @@ struct SweepPoint {
   std::string reason;  // why not
   std::optional<double> formula_rate() const;
   std::optional<double> paper_rate() const;  // bits per texel by the paper's count, where there is one
+  // Of a BTF: raw samples of 8 bits over the payload, and samples over values as the paper counts.
+  std::optional<double> formula_ratio() const;
+  std::optional<double> paper_ratio() const;
 };
 
 struct Sweep {
@@ -27,6 +30,8 @@ struct Sweep {
   OptionValues fixed;
   SweepRange range;
   std::vector<SweepPoint> points;
+  // Whether it is about images under many directions, of which ratios are told rather than bits per texel.
+  bool btf() const;
 };
 
 Result<SweepRange> parse_sweep(const std::string& text);

@@ -1,4 +1,5 @@
-// A sweep as a picture: bits per texel over the option, the formula's curve and the paper's.
+// A sweep as a picture: bits per texel, or of a BTF the ratio, over the option: the formula's curve and the
+// paper's.
 #include <algorithm>
 #include <cmath>
 
@@ -85,11 +86,13 @@ std::string legend(double y, const char* style, const std::string& label) {
 std::string sweep_svg(const Sweep& sweep) {
   constexpr const char* kFormula = "stroke=\"#1f5fa8\" stroke-width=\"2.5\"";
   constexpr const char* kPaper = "stroke=\"#e07b00\" stroke-width=\"2.5\" stroke-dasharray=\"4 6\"";
+  const auto formula_of = sweep.btf() ? &SweepPoint::formula_ratio : &SweepPoint::formula_rate;
+  const auto paper_of = sweep.btf() ? &SweepPoint::paper_ratio : &SweepPoint::paper_rate;
   double most = 0;
   bool paper = false;
   for (const SweepPoint& p : sweep.points) {
-    most = std::max({most, p.formula_rate().value_or(0), p.paper_rate().value_or(0)});
-    paper = paper || p.paper_rate();
+    most = std::max({most, (p.*formula_of)().value_or(0), (p.*paper_of)().value_or(0)});
+    paper = paper || (p.*paper_of)();
   }
   const double from = static_cast<double>(sweep.range.from);
   const double to = std::max(from + 1, static_cast<double>(sweep.points.back().value));
@@ -108,11 +111,10 @@ std::string sweep_svg(const Sweep& sweep) {
                      kHeight - kBottom, kWidth - kRight);
   svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", kLeft + kPlotWidth / 2,
                      kHeight - 16, escaped(sweep.range.name));
-  svg += fmt::format(
-      "<text transform=\"translate(20 {}) rotate(-90)\" text-anchor=\"middle\">bits per texel</text>\n",
-      kTop + kPlotHeight / 2);
-  svg += curve(sweep, axes, &SweepPoint::formula_rate, kFormula);
-  if (paper) svg += curve(sweep, axes, &SweepPoint::paper_rate, kPaper);
+  svg += fmt::format("<text transform=\"translate(20 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
+                     kTop + kPlotHeight / 2, sweep.btf() ? "compression ratio" : "bits per texel");
+  svg += curve(sweep, axes, formula_of, kFormula);
+  if (paper) svg += curve(sweep, axes, paper_of, kPaper);
   svg += legend(kTop + 14, kFormula, "formula");
   if (paper) svg += legend(kTop + 34, kPaper, "paper&#8217;s count");
   return svg + "</svg>\n";

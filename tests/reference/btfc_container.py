@@ -70,8 +70,31 @@ class Entry:
         rank = 2 if not self.flags & CRITICAL else 1 if self.flags & PAYLOAD else 0
         return rank, self.item, self.level, self.type, self.part, self.tile
 
+    key = property(lambda e: (e.type, e.part, e.level, e.tile))
+
     def name(self):
-        return f"{self.type.decode('latin-1')} (part {self.part})"
+        return chunk_name(*self.key)
+
+
+@dataclass(frozen=True)
+class Demand:
+    """A critical chunk that a model asks for."""
+    type: bytes
+    raw_bytes: int
+    level: int = 0
+    part: int = 0
+    tile: int = 0
+    flags: int = CRITICAL | PAYLOAD
+
+    key = property(lambda d: (d.type, d.part, d.level, d.tile))
+
+    def name(self):
+        return chunk_name(*self.key)
+
+
+def chunk_name(kind, part, level, tile):
+    numbers = [f"{what} {number}" for what, number in (("level", level), ("tile", tile)) if number]
+    return f"{kind.decode('latin-1')} ({', '.join([f'part {part}'] + numbers)})"
 
 
 @dataclass(frozen=True)
@@ -97,6 +120,7 @@ class Head:
     wrap_u: int
     wrap_v: int
     unbounded: int
+    transform: int
     maps: tuple
 
 
@@ -135,7 +159,8 @@ def parse_head(raw, models):
     for i, row in enumerate(rows):
         require(row[4] == 0 or row[1] > 1, "H7", f"map {i} has one channel and alpha {row[4]}")
     maps = tuple(Map(name.decode(), *row[1:5]) for name, row in zip(names, rows))
-    return Head(model, width, height, views, lights, pairs, channels, wrap_u, wrap_v, unbounded, maps)
+    return Head(model, width, height, views, lights, pairs, channels, wrap_u, wrap_v, unbounded,
+                transform, maps)
 
 
 def check_frame(stored, raw_bytes):
@@ -269,22 +294,22 @@ class File:
                     "unsupported")
         require(parm, "D12", "PARM is missing")
 
-        wanted = {(b"HEAD", 0): (CRITICAL, 32 + 32 * len(self.head.maps))}
-        for kind, part, raw_bytes in self.model.demands():
-            wanted[kind, part] = (CRITICAL | PAYLOAD, raw_bytes)
+        # DIRS and HEAD are critical without being payload, all others that a model demands are both.
+        head_demand = Demand(b"HEAD", 32 + 32 * len(self.head.maps), flags=CRITICAL)
+        wanted = {d.key: d for d in [head_demand] + self.model.demands()}
         self.described = {}
         for e in self.entries:
             if e.type not in known:
                 continue
-            demand = wanted.get((e.type, e.part))
-            if e.type == b"META" and e.part == 0:
-                demand = (SAFE_TO_COPY, e.raw_bytes)
-            require(demand and (e.level, e.tile) == (0, 0), "D12", f"{e.name()} does not belong into this file")
-            require(demand == (e.flags, e.raw_bytes), "D12",
-                    f"{e.name()} has flags {e.flags}, {e.raw_bytes} bytes instead of {demand[0]}, {demand[1]}")
-            self.described[e.type, e.part] = e
-        for kind, part in wanted:
-            require((kind, part) in self.described, "D12", f"{kind.decode()} (part {part}) is missing")
+            demand = wanted.get(e.key)
+            if e.key == (b"META", 0, 0, 0):
+                demand = Demand(b"META", e.raw_bytes, flags=SAFE_TO_COPY)
+            require(demand, "D12", f"{e.name()} does not belong into this file")
+            require((demand.flags, demand.raw_bytes) == (e.flags, e.raw_bytes), "D12",
+                    f"{e.name()}: flags {e.flags}, {e.raw_bytes} bytes instead of {demand.flags}, {demand.raw_bytes}")
+            self.described[e.key] = e
+        for key, demand in wanted.items():
+            require(key in self.described, "D12", f"{demand.name()} is missing")
 
     def raw(self, entry):
         """The raw bytes of a chunk, after rules C1 to C3."""
@@ -301,9 +326,9 @@ class File:
         require(xxhash.xxh3_64_intdigest(raw) == entry.raw_hash, "C3", f"{entry.name()}: raw_hash is wrong")
         return raw
 
-    def chunk(self, kind, part=0):
+    def chunk(self, kind, part=0, level=0, tile=0):
         """The raw bytes of a chunk that the model demands; empty where the model's formula gives no bytes."""
-        entry = self.described.get((kind, part))
+        entry = self.described.get((kind, part, level, tile))
         return self.raw(entry) if entry else b""
 
     def check_contents(self):
@@ -312,7 +337,7 @@ class File:
             if e.type not in (b"HEAD", b"PARM"):
                 self.raw(e)
         self.model.check_contents(self.chunk)
-        if (b"META", 0) in self.described:
+        if (b"META", 0, 0, 0) in self.described:
             check_meta(self.chunk(b"META"))
         end = 64 + 48 * len(self.entries)
         for e in self.entries:

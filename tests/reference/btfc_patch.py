@@ -8,7 +8,7 @@ import struct
 
 import numpy as np
 
-from btfc_container import MAX_RAW, ceil_div, ceil_log2, require
+from btfc_container import MAX_RAW, Demand, ceil_div, ceil_log2, require
 
 LIANG, QUILTING = 0, 1
 NONE, RGBA8, PACKED = 0, 1, 2
@@ -18,8 +18,10 @@ BLOCK = 1 << 20  # entries checked at once
 
 class Model:
     """What the container asks of a model class: TYPES, a constructor that checks the parameters' rules,
-    demands, check_contents, the three sizes, open, decode_texel and decode_texels."""
+    demands, check_contents, the three sizes and open; then decode_texel and decode_texels, or, with VALUES, value
+    and values, which give floats under directions."""
 
+    VALUES = False
     TYPES = frozenset((b"COOR", b"CUTV", b"CUTH", b"SMPL", b"TRIM"))
     NAME = "patch"
 
@@ -55,8 +57,8 @@ class Model:
         self.block_columns = ceil_div(self.m, 4)
         self.blocks = self.block_columns * ceil_div(self.n, 4)
         self.T = 16 * self.stored_blocks or self.m * self.n
-        for kind, part, raw_bytes in self.demands():
-            require(raw_bytes <= MAX_RAW, "PA5", f"{kind.decode()} (part {part}) would have {raw_bytes} bytes")
+        for d in self.demands():
+            require(d.raw_bytes <= MAX_RAW, "PA5", f"{d.name()} would have {d.raw_bytes} bytes")
         require(4 * sum(map(self._plane_words, head.maps)) <= MAX_RAW, "PA5", "the planes are too large")
         require(self.stored_blocks < self.blocks, "PA9", f"stored_blocks is {self.stored_blocks} of {self.blocks}")
 
@@ -74,15 +76,15 @@ class Model:
         return 4 * ceil_div(patches, 2) if self.narrow else 4 * patches
 
     def demands(self):
-        """Type, part and raw_bytes of every critical chunk but HEAD."""
-        rows = [(b"PARM", 0, 32), (b"COOR", 0, self._coor_bytes()), (b"CUTV", 0, self._cut_bytes(self.cuts_v)),
-                (b"CUTH", 0, self._cut_bytes(self.cuts_h)),
-                (b"TRIM", 0, 4 * ceil_div(self.blocks, 32) if self.stored_blocks else 0)]
-        rows += [(b"SMPL", i, self.T * m.channels * m.bits // 8) for i, m in enumerate(self.head.maps)]
-        return [row for row in rows if row[2]]
+        """Every critical chunk but HEAD."""
+        rows = [Demand(b"PARM", 32), Demand(b"COOR", self._coor_bytes()),
+                Demand(b"CUTV", self._cut_bytes(self.cuts_v)), Demand(b"CUTH", self._cut_bytes(self.cuts_h)),
+                Demand(b"TRIM", 4 * ceil_div(self.blocks, 32) if self.stored_blocks else 0)]
+        rows += [Demand(b"SMPL", self.T * m.channels * m.bits // 8, part=i) for i, m in enumerate(self.head.maps)]
+        return [row for row in rows if row.raw_bytes]
 
     def formula_bits(self):
-        return 8 * sum(raw_bytes for _, _, raw_bytes in self.demands())
+        return 8 * sum(d.raw_bytes for d in self.demands())
 
     def _plane_words(self, m):
         return ceil_div(self.m * self.n * m.bits * (1, 2, 4, 4)[m.channels - 1], 32)

@@ -17,8 +17,12 @@ from btfc_container import COLOUR_SPACES, SAMPLE_TYPES, File, Refusal
 # Numbers of spec/registry.md with a defined page, and the module that holds the class `Model`.
 MODELS = {
     1: "btfc_patch",
+    6: "btfc_pcarf",
+    7: "btfc_pca",
+    8: "btfc_lpca",
 }
 
+NORMAL = (0.0, 0.0, 1.0)
 BAND = 1 << 20  # texels decoded at once, so that the largest image does not need to fit into memory
 
 
@@ -39,23 +43,45 @@ def inside(coordinate, size, wrap):
     return coordinate % size if wrap else np.clip(coordinate, 0, size - 1)
 
 
+def place(head, x, y):
+    """Texels as the model sees them."""
+    if head.unbounded:
+        return x, y
+    return inside(x, head.width, head.wrap_u), inside(y, head.height, head.wrap_v)
+
+
 def decode_texel(item, map_index, x, y):
     """The codes of one texel, by the numbered steps of the model's page."""
-    head = item.head
-    if not head.unbounded:
-        x, y = int(inside(x, head.width, head.wrap_u)), int(inside(y, head.height, head.wrap_v))
-    return item.model.decode_texel(map_index, x, y)
+    x, y = place(item.head, x, y)
+    return item.model.decode_texel(map_index, int(x), int(y))
 
 
-def decode_region(item, map_index, x0, y0, width, height):
+def value(item, map_index, x, y, view, light):
+    """The values of one texel under a view and a light, by the numbered steps of the model's page."""
+    x, y = place(item.head, x, y)
+    return item.model.value(map_index, int(x), int(y), view, light)
+
+
+def to_codes(values, sample_type):
+    """Section 6: how the values of models but patch are handed out."""
+    v = np.asarray(values).astype(np.float32)
+    if sample_type == 2:
+        return np.clip(v, np.float32(-65504), np.float32(65504)).astype("<f2").view("<u2")
+    return np.floor(np.float32((255, 65535)[sample_type]) * np.clip(v, np.float32(0), np.float32(1)) +
+                    np.float32(0.5)).astype(("u1", "<u2")[sample_type])
+
+
+def decode_region(item, map_index, x0, y0, width, height, view=NORMAL, light=NORMAL):
     """Yields bands of rows from the top as arrays (rows, width, channels)."""
     head, rows = item.head, max(1, BAND // width)
     for top in range(y0, y0 + height, rows):
         x = np.arange(x0, x0 + width)[None, :]
         y = np.arange(top, min(top + rows, y0 + height))[:, None]
-        if not head.unbounded:
-            x, y = inside(x, head.width, head.wrap_u), inside(y, head.height, head.wrap_v)
-        yield item.model.decode_texels(map_index, x, y)
+        x, y = place(head, x, y)
+        if item.model.VALUES:
+            yield to_codes(item.model.values(map_index, x, y, view, light), head.maps[map_index].sample_type)
+        else:
+            yield item.model.decode_texels(map_index, x, y)
 
 
 def check(stream, _):
@@ -78,8 +104,9 @@ def info(stream, _):
         "file_max_bytes": item.layout([e.raw_bytes for e in entries])[1], "header_bytes": 64, "index_bytes": index,
         "padding_bytes": item.file_bytes - 64 - index - stored, "stored_bytes": stored,
         "paper_bits": item.model.paper_bits(),
-        "chunks": [{"type": e.type.decode(), "part": e.part, "codec": ("raw", "zstd")[e.codec], "offset": e.offset,
-                    "stored_bytes": e.stored_bytes, "raw_bytes": e.raw_bytes} for e in entries],
+        "chunks": [{"type": e.type.decode(), "level": e.level, "part": e.part, "tile": e.tile,
+                    "codec": ("raw", "zstd")[e.codec], "offset": e.offset, "stored_bytes": e.stored_bytes,
+                    "raw_bytes": e.raw_bytes} for e in entries],
     }
 
 
@@ -93,22 +120,58 @@ def decode(stream, args):
     region = args.region or (0, 0, item.head.width, item.head.height)
     dtype = "u1" if item.head.maps[map_index].bits == 8 else "<u2"
     with open(args.output, "wb") as out:
-        for band in decode_region(item, map_index, *region):
+        for band in decode_region(item, map_index, *region, args.view, args.light):
             out.write(band.astype(dtype, copy=False).tobytes())
     return None
+
+
+def values(stream, args):
+    """The values of queries {"map", "x", "y", "view", "light"}, as little-endian f64."""
+    item = open_item(stream)
+    if not item.model.VALUES:
+        print(f"model {item.model.NAME} gives codes, not values under directions", file=sys.stderr)
+        sys.exit(2)
+    with open(args.queries, encoding="utf-8") as file:
+        queries = json.load(file)
+    answers = [value(item, q["map"], q["x"], q["y"], q["view"], q["light"]) for q in queries]
+    with open(args.output, "wb") as out:
+        out.write(np.array([v for answer in answers for v in answer], "<f8").tobytes())
+    return None
+
+
+def selftest_values(item, count, rng):
+    """As below, under 20 views and lights of all kinds."""
+    head, at = item.head, np.arange(item.head.width * item.head.height)
+    largest = item.model.largest()
+    for number in range(20):
+        view, light = ([rng.gauss(0, 1), rng.gauss(0, 1), rng.gauss(0.7, 1)] for _ in range(2))
+        if number % 4 == 0:
+            view, light = (points.vector(rng.randrange(len(points.points)))
+                           for points in (item.model.directions.views, item.model.directions.lights))
+        for map_index, m in enumerate(head.maps):
+            some = rng.choices(at.tolist(), k=max(1, count // 20))
+            arrays = item.model.values(map_index, *np.divmod(some, head.width)[::-1], view, light)
+            for t, found in zip(some, arrays.tolist()):
+                expected = item.model.value(map_index, t % head.width, t // head.width, view, light)
+                if max(abs(a - b) for a, b in zip(found, expected)) > 1e-9 * largest:
+                    return {"ok": False, "map": m.name, "texel": (t % head.width, t // head.width), "view": view,
+                            "light": light, "scalar": expected, "vector": found}
+    return {"ok": True, "compared": count}
 
 
 def selftest(stream, args):
     item = open_item(stream)
     head, rng = item.head, random.Random(1)
+    if item.model.VALUES:
+        return selftest_values(item, args.count, rng)
     places = [(rng.randrange(head.width), rng.randrange(head.height)) for _ in range(args.count)]
     x, y = np.array(places, np.int64).reshape(-1, 2).T
     for map_index, m in enumerate(head.maps):
         arrays = item.model.decode_texels(map_index, x, y)
-        for place, codes in zip(places, arrays.tolist()):
-            expected = decode_texel(item, map_index, *place)
+        for texel, codes in zip(places, arrays.tolist()):
+            expected = decode_texel(item, map_index, *texel)
             if codes != expected:
-                return {"ok": False, "map": m.name, "texel": place, "scalar": expected, "vector": codes}
+                return {"ok": False, "map": m.name, "texel": texel, "scalar": expected, "vector": codes}
     return {"ok": True, "compared": args.count}
 
 
@@ -119,21 +182,32 @@ def region(text):
     return values
 
 
+def vector(text):
+    parts = [float(part) for part in text.split(",")]
+    if len(parts) != 3:
+        raise ValueError(text)
+    return parts
+
+
 def main(argv):
     parser = argparse.ArgumentParser(description="Reference reader of .btfc files")
     commands = parser.add_subparsers(dest="command", required=True)
-    for function in (check, info, decode, selftest):
+    for function in (check, info, decode, values, selftest):
         command = commands.add_parser(function.__name__)
         command.add_argument("file")
         command.set_defaults(function=function)
     commands.choices["decode"].add_argument("-o", dest="output", required=True, metavar="OUT.raw")
     commands.choices["decode"].add_argument("--map", metavar="NAME")
     commands.choices["decode"].add_argument("--region", type=region, metavar="X,Y,W,H")
+    commands.choices["decode"].add_argument("--view", type=vector, metavar="X,Y,Z", default=NORMAL)
+    commands.choices["decode"].add_argument("--light", type=vector, metavar="X,Y,Z", default=NORMAL)
+    commands.choices["values"].add_argument("queries", metavar="QUERIES.json")
+    commands.choices["values"].add_argument("-o", dest="output", required=True, metavar="OUT.f64")
     commands.choices["selftest"].add_argument("--count", type=int, default=2000)
     # argparse takes a value with a leading minus sign for an option unless it is joined to its own.
     for at in range(len(argv) - 1, 0, -1):
-        if argv[at - 1] == "--region":
-            argv[at - 1:at + 1] = ["--region=" + argv[at]]
+        if argv[at - 1] in ("--region", "--view", "--light"):
+            argv[at - 1:at + 1] = [argv[at - 1] + "=" + argv[at]]
     args = parser.parse_args(argv)
     try:
         with open(args.file, "rb") as stream:

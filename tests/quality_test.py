@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""Size and PSNR of every model on generated material, held against tests/quality.csv.
+
+quality_test.py --btfc PATH [--csv FILE] [--write]
+
+A payload may not change and a PSNR not fall by more than 0.02 dB without a change of the table; --write makes it anew.
+Every model of `btfc models` must have a row.
+"""
+
+import argparse
+import csv
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+COLUMNS = ("model", "material", "options", "payload_bits", "psnr_db")
+LEAST = 0.02  # dB
+MATERIALS = {  # name: arguments of `btfc synth`
+    "tiles": ["tiles", "-o", "{}.png", "--size", "64x64"],
+    "knit": ["btf:knit", "-o", "{}", "--size", "20x20"],
+}
+
+
+def run(btfc, *arguments):
+    done = subprocess.run([btfc, *map(str, arguments)], capture_output=True, text=True)
+    if done.returncode not in (0, 7):
+        sys.exit(f"btfc {' '.join(map(str, arguments))}: {done.stderr}")
+    return done.stdout
+
+
+def material(btfc, folder, name):
+    arguments = [a.format(folder / name) for a in MATERIALS[name]]
+    path = Path(arguments[2])
+    if not path.exists():
+        run(btfc, "synth", *arguments)
+    return path
+
+
+def measure(btfc, folder, row):
+    source, out = material(btfc, folder, row["material"]), folder / "out.btfc"
+    said = json.loads(run(btfc, "encode", source, "-o", out, "--model", row["model"], *row["options"].split(), "--json"))
+    compared = json.loads(run(btfc, "compare", source, out, "--measures", "psnr", "--json"))
+    return said["payload_bits"], compared["psnr_db"]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--btfc", required=True)
+    parser.add_argument("--csv", type=Path, default=Path(__file__).with_name("quality.csv"))
+    parser.add_argument("--write", action="store_true")
+    args = parser.parse_args()
+    rows = list(csv.DictReader(args.csv.open()))
+    faults = []
+    missing = {m["id"] for m in json.loads(run(args.btfc, "models", "--json"))} - {row["model"] for row in rows}
+    if missing:
+        faults.append(f"no row for {', '.join(sorted(missing))}")
+    with tempfile.TemporaryDirectory() as folder:
+        for row in rows:
+            bits, psnr = measure(args.btfc, Path(folder), row)
+            print(f"{row['model']:6} {row['material']:6} {row['options']:60} {bits:>10} bits {psnr:8.3f} dB")
+            if args.write:
+                row["payload_bits"], row["psnr_db"] = bits, f"{psnr:.3f}"
+                continue
+            if bits != int(row["payload_bits"]):
+                faults.append(f"{row['model']} {row['options']}: {bits} bits, the table has {row['payload_bits']}")
+            if psnr < float(row["psnr_db"]) - LEAST:
+                faults.append(f"{row['model']} {row['options']}: {psnr:.3f} dB, the table has {row['psnr_db']}")
+    if args.write:
+        with args.csv.open("w", newline="") as stream:
+            writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)
+    for fault in faults:
+        print(fault, file=sys.stderr)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -182,11 +182,9 @@ Result<Layout> plm_layout(const Head& head, ByteView parm) {
   if (s.polynomials) layout.chunks.push_back({kPolyKey, term_bytes(head, channels, s).value()});
   layout.formula_bits = plm_formula_bits(head, s);
   layout.memory_bits = plm_memory_bits(head, s);
-  // The survey counts a lobe a texel, and polynomials.
-  if (s.clusters == 0 && s.polynomials) {
-    layout.paper =
-        table_paper("Filip, Haindl 2009 (survey), Table 6, 32 bits a value", head, plm_paper_values(head));
-  }
+  // The survey's count is that of lobes a texel with polynomials, whatever this file has.
+  layout.paper =
+      table_paper("Filip, Haindl 2009 (survey), Table 6, 32 bits a value", head, plm_paper_values(head));
   // Three views: a scalar product of 5, the exponent, rho, and Horner's 9; the two elementary functions count
   // as their polynomials, 33.
   const std::uint64_t views = std::uint64_t{3} * channels;

@@ -197,6 +197,24 @@ TEST(Plm, EntryBeyondTheCodebookIsRefused) {
   EXPECT_STREQ(verified.error().rule, "PL4");
 }
 
+TEST(Plm, RulesOfTheFile) {
+  const DatasetInfo info = small_info(3, 3, 1, 2, 8);
+  const FitResult fitted = fit_set("plm", make_dataset(info, lobes), {});
+  const auto rule_of = [&](const char* type, const std::function<void(Bytes&)>& edit) -> std::string {
+    FitResult changed = fitted;
+    for (RawChunk& chunk : changed.chunks) {
+      if (type_name(chunk.key.type) == type) edit(chunk.raw);
+    }
+    const Result<Done> verified = verify_bytes(pack(changed));
+    return verified ? "" : verified.error().rule;
+  };
+  EXPECT_EQ(rule_of("PARM", [](Bytes&) {}), "");
+  for (const std::size_t at : {0u, 1u, 2u, 3u, 5u})
+    EXPECT_EQ(rule_of("PARM", [&](Bytes& raw) { raw[at] = 3; }), "PL1") << at;
+  EXPECT_EQ(rule_of("LOBE", [](Bytes& raw) { store_u32(&raw[4], 0x7fc00000); }), "PL3");
+  EXPECT_EQ(rule_of("POLY", [](Bytes& raw) { store_u32(&raw[4], 0x50000000); }), "PL3");
+}
+
 // Whatever numbers within 2^32 a file holds, values are finite.
 RC_GTEST_PROP(Plm, ValuesAreFinite, ()) {
   std::mt19937 random(*rc::gen::inRange(0u, 1u << 30));
@@ -282,7 +300,7 @@ TEST(Plm, SizesOfTheSurvey) {
       layout({{"size", "122x125"}, {"clusters", "256"}, {"precision", "u8"}, {"polynomial", "none"}});
   ASSERT_TRUE(books);
   EXPECT_EQ(books->formula_bits, 8 * (8 + 81 * (std::uint64_t{8} * 15 + 15 * 256 + (3 * 15250 + 2))));
-  EXPECT_FALSE(books->paper);
+  EXPECT_EQ(books->paper->bits, 32 * 15 * (std::uint64_t{15250} * 81 + 6561));
   EXPECT_TRUE(layout({{"size", "256x256"}}));
   EXPECT_FALSE(layout({{"size", "290x290"}}));
   const Result<Layout> beyond =

@@ -222,6 +222,25 @@ TEST(Ptm, SizesOfTheSurvey) {
   EXPECT_EQ(beyond.error().status, Status::bad_argument);
 }
 
+// The raw bytes of the chunk of a type, changed by edit, break a rule.
+TEST(Ptm, RulesOfTheFile) {
+  const DatasetInfo info = small_info(3, 2, 1, 2, 8);
+  const FitResult fitted = fit_set("ptm", make_dataset(info, polynomial), {});
+  const auto rule_of = [&](const char* type, const std::function<void(Bytes&)>& edit) -> std::string {
+    FitResult changed = fitted;
+    for (RawChunk& chunk : changed.chunks) {
+      if (type_name(chunk.key.type) == type) edit(chunk.raw);
+    }
+    const Result<Done> verified = verify_bytes(pack(changed));
+    return verified ? "" : verified.error().rule;
+  };
+  EXPECT_EQ(rule_of("PARM", [](Bytes&) {}), "");
+  EXPECT_EQ(rule_of("PARM", [](Bytes& raw) { raw[0] = 3; }), "PT1");
+  EXPECT_EQ(rule_of("PARM", [](Bytes& raw) { raw[2] = 1; }), "PT1");
+  EXPECT_EQ(rule_of("PARM", [](Bytes& raw) { raw.push_back(0); }), "PT1");
+  EXPECT_EQ(rule_of("COEF", [](Bytes& raw) { store_u32(&raw[4], 0x7f800000); }), "PT3");
+}
+
 // Rows v texels + t: with three slots, not only the first is read.
 TEST(Ptm, RowsOfAllSlotsAreFound) {
   PtmParams p{};

@@ -2,6 +2,7 @@
 #include "decoder/model_table.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "decoder/patch_rows.h"
 #include "decoder/table_values.h"
@@ -10,6 +11,8 @@
 #include "shaders/models/patch.h"
 #include "shaders/models/pca.h"
 #include "shaders/models/pcarf.h"
+#include "shaders/models/plm.h"
+#include "shaders/models/ptm.h"
 
 namespace btfc {
 namespace {
@@ -22,6 +25,39 @@ vec4 pca_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& qu
   return pca_eval(words_of(item), params_of<PcaParams>(item, map), query);
 }
 
+vec4 ptm_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  return ptm_eval(words_of(item), params_of<PtmParams>(item, map), query);
+}
+
+vec4 plm_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  return plm_eval(words_of(item), params_of<PlmParams>(item, map), query);
+}
+
+// A run of texels by a model whose header splits eval into what depends on the directions alone and the rest:
+// bit for bit what eval gives.
+template <class Params, class State, State (*begin)(const BtfcWords&, const Params&, const BtfcQuery&)>
+std::vector<float> begin_state(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  static_assert(sizeof(State) % sizeof(float) == 0);
+  const State state = begin(words_of(item), params_of<Params>(item, map), query);
+  std::vector<float> raw(sizeof(State) / sizeof(float));
+  std::memcpy(raw.data(), &state, sizeof state);
+  return raw;
+}
+
+template <class Params, class State, vec4 (*texel)(const BtfcWords&, const Params&, const State&, uint)>
+void decode_with_state(const LoadedItem& item, std::uint32_t map, const std::vector<float>& raw,
+                       const BtfcQuery& query, std::uint32_t width, float* out) {
+  const auto params = params_of<Params>(item, map);
+  const BtfcWords words = words_of(item);
+  State state;
+  std::memcpy(&state, raw.data(), sizeof state);
+  const uint first = static_cast<uint>(query.texel.y) * params.width + static_cast<uint>(query.texel.x);
+  for (std::uint32_t i = 0; i < width; ++i) {
+    const vec4 value = texel(words, params, state, first + i);
+    for (uint c = 0; c < params.channels; ++c) *out++ = value[static_cast<int>(c)];
+  }
+}
+
 vec4 pcarf_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
   return pcarf_eval(words_of(item), params_of<PcarfParams>(item, map), query);
 }
@@ -32,6 +68,10 @@ vec4 lpca_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& q
 
 const DecoderModel kDecoders[] = {
     {ModelId::patch, patch_eval_cpu, true, patch_make_tables, patch_decode_rows, patch_decode_texels},
+    {ModelId::ptm, ptm_eval_cpu, false, nullptr, nullptr, nullptr,
+     begin_state<PtmParams, PtmState, ptm_begin>, decode_with_state<PtmParams, PtmState, ptm_texel>},
+    {ModelId::plm, plm_eval_cpu, false, nullptr, nullptr, nullptr,
+     begin_state<PlmParams, PlmState, plm_begin>, decode_with_state<PlmParams, PlmState, plm_texel>},
     {ModelId::pcarf, pcarf_eval_cpu, false, nullptr, nullptr, nullptr, pcarf_begin_values,
      pcarf_decode_values},
     {ModelId::pca, pca_eval_cpu, false, nullptr, nullptr, nullptr, pca_begin_values, pca_decode_values},

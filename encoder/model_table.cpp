@@ -8,12 +8,19 @@
 #include "encoder/models/patch_joins.h"
 #include "encoder/models/pca_fit.h"
 #include "encoder/models/pcarf_fit.h"
+#include "encoder/models/plm_fit.h"
+#include "encoder/models/ptm_exchange.h"
+#include "encoder/models/ptm_fit.h"
 
 namespace btfc {
 namespace {
 
+const FileExchange kPtmFiles = {"ptm", ptm_import, ptm_export};
+
 const Fitter kFitters[] = {
     {ModelId::patch, InputKind::images, kPatchFitOptions, patch_fit, patch_file_joins},
+    {ModelId::ptm, InputKind::dataset, kPtmFitOptions, ptm_fit, nullptr, &kPtmFiles},
+    {ModelId::plm, InputKind::dataset, kPlmFitOptions, plm_fit, nullptr},
     {ModelId::pcarf, InputKind::dataset, kPcarfFitOptions, pcarf_fit, nullptr},
     {ModelId::pca, InputKind::dataset, kPcaFitOptions, pca_fit, nullptr},
     {ModelId::lpca, InputKind::dataset, kLpcaFitOptions, lpca_fit, nullptr},

@@ -52,6 +52,13 @@ struct FitResult {
   std::vector<Parameter> report;  // what the fit found out, for the user
 };
 
+// A kind of file that others use for this model's own parameters: read and written without a fit.
+struct FileExchange {
+  const char* extension;  // lower case
+  Result<FitResult> (*import)(const std::string& path, const FitSettings&);
+  Result<Bytes> (*write)(const Head&, ByteView parm, const ChunkReader&);
+};
+
 struct Fitter {
   ModelId id;
   InputKind input;
@@ -60,6 +67,7 @@ struct Fitter {
   Result<FitResult> (*fit)(const FitInput&, const FitSettings&);
   // Optional: where the pieces join that a file's texture is made of. Null: the model has no pieces.
   Result<JoinMask> (*joins)(const LoadedItem& item, ByteView parm);
+  const FileExchange* exchange = nullptr;  // optional
 };
 
 const Fitter& fitter(ModelId id);

@@ -60,6 +60,9 @@ Result<Bytes> read_chunk(const ByteSource& source, const IndexEntry& entry);
 // read_directory, then HEAD and PARM, then D11 and D12.
 Result<OpenedFile> open_file(const ByteSource& source, const ReadLimits& limits = {});
 
+// The payload's chunks, one read each. Source and file must outlive it.
+ChunkReader chunk_reader(const ByteSource& source, const OpenedFile& file);
+
 // Reads the payload and turns it into words and planes; the model's content rules.
 // Chunks of a higher level than `levels` stay unread.
 Result<LoadedItem> load_item(const ByteSource& source, const OpenedFile& file,

@@ -304,13 +304,16 @@ Result<OpenedFile> open_file(const ByteSource& source, const ReadLimits& limits)
   return OpenedFile{*std::move(directory), *std::move(head), *std::move(parm), *std::move(layout)};
 }
 
-Result<LoadedItem> load_item(const ByteSource& source, const OpenedFile& file, std::uint32_t levels) {
-  const ChunkReader reader = [&](const ChunkKey& key) -> Result<Bytes> {
+ChunkReader chunk_reader(const ByteSource& source, const OpenedFile& file) {
+  return [&](const ChunkKey& key) -> Result<Bytes> {
     const IndexEntry* entry = find_entry(file.directory, key);
     if (entry == nullptr) return invalid("D12", 0, "there is no chunk " + key_text(key));
     return read_chunk(source, *entry);
   };
-  return find_model(file.head.model)->load(file.head, file.parm, reader, levels);
+}
+
+Result<LoadedItem> load_item(const ByteSource& source, const OpenedFile& file, std::uint32_t levels) {
+  return find_model(file.head.model)->load(file.head, file.parm, chunk_reader(source, file), levels);
 }
 
 Result<Meta> read_file_meta(const ByteSource& source, const Directory& directory) {

@@ -5,6 +5,8 @@
 #include "format/models/patch_payload.h"
 #include "format/models/pca_payload.h"
 #include "format/models/pcarf_payload.h"
+#include "format/models/plm_payload.h"
+#include "format/models/ptm_payload.h"
 
 namespace btfc {
 namespace {
@@ -12,6 +14,10 @@ namespace {
 const ModelFormat kModels[] = {
     {ModelId::patch, "patch", "sample + patch coordinates + minimum error boundary cuts",
      "spec/models/patch.md", kPatchChunkTypes, kPatchSizeOptions, patch_describe, patch_layout, patch_load},
+    {ModelId::ptm, "ptm", "polynomial texture maps: a biquadratic of the light a view and texel",
+     "spec/models/ptm.md", kPtmChunkTypes, kPtmSizeOptions, ptm_describe, ptm_layout, ptm_load},
+    {ModelId::plm, "plm", "a Lafortune lobe a view and texel, a polynomial a pair of directions",
+     "spec/models/plm.md", kPlmChunkTypes, kPlmSizeOptions, plm_describe, plm_layout, plm_load},
     {ModelId::pcarf, "pcarf",
      "PCA of each view's images: a mean image and eigenimages a view, weights a pair", "spec/models/pcarf.md",
      kPcarfChunkTypes, kPcarfSizeOptions, pcarf_describe, pcarf_layout, pcarf_load},

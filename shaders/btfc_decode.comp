@@ -23,6 +23,14 @@ uint btfc_word(uint handle, uint slot, uint index) {
 #include "models/patch.h"
 #define BTFC_PARAMS PatchParams
 #define BTFC_EVAL patch_eval
+#elif defined(BTFC_MODEL_ptm)
+#include "models/ptm.h"
+#define BTFC_PARAMS PtmParams
+#define BTFC_EVAL ptm_eval
+#elif defined(BTFC_MODEL_plm)
+#include "models/plm.h"
+#define BTFC_PARAMS PlmParams
+#define BTFC_EVAL plm_eval
 #elif defined(BTFC_MODEL_pcarf)
 #include "models/pcarf.h"
 #define BTFC_PARAMS PcarfParams

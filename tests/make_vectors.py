@@ -21,7 +21,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 CRITICAL, PAYLOAD, SAFE_TO_COPY = 1, 2, 4
 RAW, ZSTD = 0, 1
-MODELS = ("patch", "pcarf", "pca", "lpca")
+MODELS = ("patch", "ptm", "plm", "pcarf", "pca", "lpca")
 HEADER, ENTRY = "<12sHH4I3Q", "<4sHHQQQQII"
 
 
@@ -247,6 +247,12 @@ def btf_recipes(model, folder):
         return sets.write_set(Path(folder, f"{model}-{name}"), *args, **more)
 
     def precision(texels, tables, rank, clusters):
+        if model == "ptm":
+            return ["--precision", texels]
+        if model == "plm":
+            more = ["--clusters", str(clusters)] if clusters > 2 else []
+            more += ["--polynomial", ("none", "histogram", "least-squares")[min(rank, 2)]]
+            return ["--precision", texels, "--table-precision", tables, *more]
         more = ["--clusters", str(clusters)] if model == "lpca" else []
         return ["--precision", texels, "--table-precision", tables, "--rank", str(rank), *more]
 

@@ -4,10 +4,14 @@
 #include <cmath>
 
 #include "encoder/image_file.h"
+#include "encoder/input/directory_files.h"
+#include "encoder/model_table.h"
+#include "encoder/output/atomic_file.h"
 #include "encoder/run_on_threads.h"
 #include "format/options.h"
 #include "tools/command.h"
 #include "tools/dataset_output.h"
+#include "tools/file_source.h"
 #include "tools/texture_dataset.h"
 #include "tools/texture_file.h"
 
@@ -115,8 +119,35 @@ int decode_all(const Arguments& a, const btfc_texture* texture) {
   return wrote ? kExitOk : stop(wrote.error());
 }
 
+// The model's parameters in the kind of file that others use for them; nothing where OUT names no such file.
+std::optional<int> write_exchanged(const Arguments& a) {
+  const auto stop = [](const Error& e) { return fail("decode", e); };
+  const std::string extension = file_extension(a.output);
+  if (extension.empty()) return std::nullopt;
+  const Result<FileSource> file = FileSource::open(a.input);
+  if (!file) return stop(file.error());
+  const ByteSource source = file->source();
+  const Result<OpenedFile> opened = open_file(source);
+  if (!opened) return stop(placed(a.input, opened.error()));
+  const FileExchange* exchange = fitter(opened->head.model).exchange;
+  if (exchange == nullptr || extension != exchange->extension) return std::nullopt;
+  if (!a.map.empty() || !a.region.empty() || !a.view.empty() || !a.light.empty() || !a.directions.empty() ||
+      a.levels) {
+    return stop(bad_argument(fmt::format(
+        "a .{} file takes all there is, without --map, --region, --view, --light, --directions, --levels",
+        extension)));
+  }
+  const Result<Bytes> bytes = exchange->write(opened->head, opened->parm, chunk_reader(source, *opened));
+  if (!bytes) return stop(placed(a.input, bytes.error()));
+  if (const auto wrote = write_file(a.output, *bytes); !wrote) return stop(wrote.error());
+  const Json json = {{"output", a.output}, {"width", opened->head.width}, {"height", opened->head.height}};
+  const auto wrote = a.report.write("", json);
+  return wrote ? kExitOk : stop(wrote.error());
+}
+
 int run(const Arguments& a) {
   const auto stop = [](const Error& e) { return fail("decode", e); };
+  if (const std::optional<int> code = write_exchanged(a)) return *code;
   btfc_selection selection{};
   selection.struct_size = sizeof selection;
   selection.levels = a.levels.value_or(0);
@@ -158,9 +189,11 @@ Verb add_decode(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
   CLI::App* verb = app.add_subcommand("decode", "decode a file, or a region of it, to PNG or EXR");
   verb->add_option("IN.btfc", a->input, "the file")->required();
-  verb->add_option("-o,--output", a->output, "the image to write; of several maps, OUT-NAME.png each")
+  verb->add_option("-o,--output", a->output,
+                   "the image to write; of several maps, OUT-NAME.png each; of model ptm with one view also "
+                   "OUT.ptm")
       ->required()
-      ->type_name("OUT.png|.exr|DIR");
+      ->type_name("OUT.png|.exr|.ptm|DIR");
   verb->add_option("--map", a->map, "only this map")->type_name("NAME");
   verb->add_option("--region", a->region, "only these texels")->type_name("X,Y,W,H");
   verb->add_option("--view", a->view, "of a BTF: the view in degrees, theta,phi (default 0,0)")

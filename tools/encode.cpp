@@ -82,6 +82,16 @@ Result<FitResult> fit_inputs(const Arguments& a, const Fitter& fit, const FitSet
     read();
     return fit.fit(*input, settings);
   }
+  if (fit.exchange != nullptr && a.inputs.size() == 1 &&
+      file_extension(a.inputs[0]) == fit.exchange->extension) {
+    if (a.dataset.given() || !a.maps.empty() || !a.colour_space.empty()) {
+      return bad_argument(
+          fmt::format("a .{} file is taken as it is, without --crop, --missing, --scratch, --map "
+                      "and --colour-space",
+                      fit.exchange->extension));
+    }
+    return fit.exchange->import(a.inputs[0], settings);
+  }
   if (a.inputs.size() != 1 || !a.maps.empty()) {
     return bad_argument(
         fmt::format("model {} takes one data set as INPUT (see 'btfc help convert'), and no --map", a.model));
@@ -178,9 +188,10 @@ int run(Arguments& a) {
 Verb add_encode(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
   CLI::App* verb = app.add_subcommand("encode", "encode images or a BTF into a .btfc file");
-  verb->add_option(
-      "INPUT", a->inputs,
-      "the image (PNG, JPEG, TIFF, EXR, HDR), which becomes the map 'image'; or a data set (see convert)");
+  verb->add_option("INPUT", a->inputs,
+                   "the image (PNG, JPEG, TIFF, EXR, HDR), which becomes the map 'image'; or a data set (see "
+                   "convert); for "
+                   "model ptm also a .ptm file");
   verb->add_option("--map", a->maps, "a named map, may be repeated")->type_name("NAME=FILE")->take_all();
   verb->add_option("-o,--output", a->output, "the file to write")->required()->type_name("OUT.btfc");
   verb->add_option("--model", a->model, "the model, see 'btfc models'")->required()->type_name("ID");

@@ -1,0 +1,28 @@
+// Pairs -> runs of one view.
+#include "encoder/dataset/view_pairs.h"
+
+namespace btfc {
+
+std::vector<ViewPairs> pairs_of_views(const DatasetInfo& info) {
+  std::vector<ViewPairs> views(info.views.size());
+  for (std::size_t pair = 0; pair < info.pairs.size(); ++pair) {
+    ViewPairs& view = views[info.pairs[pair].view];
+    if (view.count++ == 0) view.first = pair;
+  }
+  return views;
+}
+
+Vector3 unit_vector(const DirectionPoint& point) {
+  const double x = static_cast<double>(point.x) / kPointUnit, y = static_cast<double>(point.y) / kPointUnit;
+  const double square = x * x + y * y;
+  return {2 * x / (1 + square), 2 * y / (1 + square), (1 - square) / (1 + square)};
+}
+
+std::vector<Vector3> lights_of(const Directions& directions, const ViewPairs& view) {
+  std::vector<Vector3> lights;
+  for (std::size_t pair = view.first; pair < view.first + view.count; ++pair)
+    lights.push_back(unit_vector(directions.lights[directions.pairs[pair].light]));
+  return lights;
+}
+
+}  // namespace btfc

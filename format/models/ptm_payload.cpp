@@ -1,0 +1,200 @@
+// Chunks, words and sizes of model ptm.
+#include "format/models/ptm_payload.h"
+
+#include <fmt/format.h>
+
+#include "format/limits.h"
+#include "format/row_table.h"
+#include "format/table_options.h"
+#include "shaders/models/ptm.h"
+
+namespace btfc {
+namespace {
+
+constexpr std::uint32_t kCoef = four_cc("COEF");
+constexpr std::uint32_t kChunkTypes[] = {kCoef, kDirs};
+constexpr std::uint16_t kPayloadFlags = kCritical | kPayload;
+constexpr std::uint64_t kParmBytes = 4;
+
+constexpr OptionSpec kOwnOptions[] = {
+    {"precision", "f32|f16|u8", "of the coefficients (default f32)"},
+};
+constexpr auto kSizeOptions = with_table_options(kOwnOptions);
+
+std::uint64_t texel_count(const Head& head) { return std::uint64_t{head.width} * head.height; }
+
+// Of one view, for so many channels.
+CheckedSize level_bytes(const Head& head, std::uint32_t channels, const PtmShape& s, std::uint32_t level) {
+  const std::uint64_t terms = kPtmFirstTerm[level + 1] - kPtmFirstTerm[level];
+  return coded_rows_bytes(terms * channels, texel_count(head), s.precision);
+}
+
+RowTable coefficient_rows(const Head& head, const PtmShape& s, std::uint32_t terms) {
+  return {head.views * texel_count(head), std::uint64_t{terms} * head.channels(), s.precision, 1, 3};
+}
+
+// Words of slot 0.
+std::uint64_t table_words(const Head& head) {
+  return direction_words(head) + 2 * std::uint64_t{kPtmTerms} * head.channels() * head.views;
+}
+
+ChunkKey level_key(std::uint32_t view, std::uint32_t level) {
+  return {kCoef, kPayloadFlags, static_cast<std::uint8_t>(level), 0, view};
+}
+
+}  // namespace
+
+const std::span<const std::uint32_t> kPtmChunkTypes = kChunkTypes;
+const std::span<const OptionSpec> kPtmSizeOptions = kSizeOptions;
+
+Bytes write_ptm_parm(const PtmShape& s) {
+  Bytes parm(kParmBytes);
+  parm[0] = static_cast<std::uint8_t>(s.precision);
+  return parm;
+}
+
+Result<PtmShape> read_ptm_parm(const Head& head, ByteView parm) {
+  if (parm.size() != kParmBytes || parm[0] > 2 || parm[1] != 0 || parm[2] != 0 || parm[3] != 0)
+    return invalid("PT1", 0, "PARM is not 4 bytes with a precision of 0 to 2 and its reserved bytes 0");
+  const PtmShape s{static_cast<Precision>(parm[0])};
+  if (const auto checked = check_table_head(head); !checked) return checked.error();
+  if (level_bytes(head, head.channels(), s, kPtmLevels - 1).saturated() > kMaxChunkBytes ||
+      !coefficient_rows(head, s, kPtmTerms).fits()) {
+    return invalid("PT2", 0,
+                   fmt::format("{}x{} texels of {} channels under {} views need chunks above 2^27 bytes or "
+                               "more than three word slots of 2^27 bytes",
+                               head.width, head.height, head.channels(), head.views));
+  }
+  return s;
+}
+
+std::uint64_t ptm_formula_bits(const Head& head, const PtmShape& s) {
+  std::uint64_t view = 0;
+  for (std::uint32_t level = 0; level < kPtmLevels; ++level)
+    view += level_bytes(head, head.channels(), s, level).value();
+  return 8 * (kParmBytes + head.views * view);
+}
+
+std::uint64_t ptm_memory_bits(const Head& head, const PtmShape& s) {
+  return 32 * (table_words(head) + coefficient_rows(head, s, kPtmTerms).words());
+}
+
+std::uint64_t ptm_paper_values(const Head& head) {
+  return 6 * head.channels() * texel_count(head) * head.views;
+}
+
+std::vector<RawChunk> ptm_write(const Head& head, const PtmShape& s, const PtmPayload& payload) {
+  std::vector<RawChunk> chunks = {{{kHead, kCritical}, write_head(head)},
+                                  {{kDirs, kCritical}, write_directions(payload.directions)},
+                                  {{kParm, kPayloadFlags}, write_ptm_parm(s)}};
+  for (std::uint32_t level = 0; level < kPtmLevels; ++level) {
+    for (std::uint32_t view = 0; view < head.views; ++view)
+      chunks.push_back({level_key(view, level), write_coded_rows(payload.views[view][level])});
+  }
+  return chunks;
+}
+
+Result<PtmView> read_ptm_view(const Head& head, const PtmShape& s, const ChunkReader& read,
+                              std::uint32_t view, std::uint32_t levels) {
+  PtmView coded;
+  for (std::uint32_t level = 0; level < levels; ++level) {
+    const Result<Bytes> raw = read(level_key(view, level));
+    if (!raw) return raw.error();
+    const std::uint64_t terms = kPtmFirstTerm[level + 1] - kPtmFirstTerm[level];
+    Result<CodedRows> rows = read_coded_rows(*raw, terms * head.channels(), texel_count(head), s.precision,
+                                             "PT3", fmt::format("COEF of level {} and view {}", level, view));
+    if (!rows) return rows.error();
+    coded[level] = *std::move(rows);
+  }
+  return coded;
+}
+
+Result<ItemDescription> ptm_describe(const OptionValues& options) {
+  const Result<Head> head = table_head(ModelId::ptm, options);
+  if (!head) return head.error();
+  const auto precision = parse_precision(options, "precision", Precision::f32);
+  if (!precision) return precision.error();
+  const Bytes parm = write_ptm_parm({*precision});
+  if (const auto shape = read_ptm_parm(*head, parm); !shape) return as_usage(shape.error());
+  return ItemDescription{*head, parm};
+}
+
+Result<Layout> ptm_layout(const Head& head, ByteView parm) {
+  const Result<PtmShape> shape = read_ptm_parm(head, parm);
+  if (!shape) return shape.error();
+  const PtmShape& s = *shape;
+  Layout layout;
+  layout.chunks = {directions_chunk(head), {{kParm, kPayloadFlags}, kParmBytes}};
+  for (std::uint32_t level = 0; level < kPtmLevels; ++level) {
+    const std::uint64_t bytes = level_bytes(head, head.channels(), s, level).value();
+    for (std::uint32_t view = 0; view < head.views; ++view)
+      layout.chunks.push_back({level_key(view, level), bytes});
+  }
+  layout.formula_bits = ptm_formula_bits(head, s);
+  layout.memory_bits = ptm_memory_bits(head, s);
+  layout.paper =
+      table_paper("Filip, Haindl 2009 (survey), Table 6, 32 bits a value", head, ptm_paper_values(head));
+  // Three views of six terms: a multiplication and an addition each.
+  const std::uint64_t terms = std::uint64_t{3} * kPtmTerms * head.channels();
+  layout.cost = TexelCost{2 * terms, terms};
+  layout.parameters = {{"precision", name_of(s.precision), false}};
+  for (const Map& map : head.maps) {
+    std::uint64_t view = 0;
+    for (std::uint32_t level = 0; level < kPtmLevels; ++level)
+      view += level_bytes(head, map.channels, s, level).value();
+    layout.map_bits.push_back(8 * head.views * view);
+  }
+  return layout;
+}
+
+Result<LoadedItem> ptm_load(const Head& head, ByteView parm, const ChunkReader& read, std::uint32_t levels) {
+  const Result<PtmShape> shape = read_ptm_parm(head, parm);
+  if (!shape) return shape.error();
+  const std::uint32_t held = std::min(levels, kPtmLevels - 1) + 1, terms = kPtmFirstTerm[held];
+  LoadedItem item;
+  item.head = head;
+  const Result<Bytes> dirs = read({kDirs, kCritical});
+  if (!dirs) return dirs.error();
+  Result<Directions> directions = read_directions(head, *dirs);
+  if (!directions) return directions.error();
+  item.directions = *std::move(directions);
+  const DirectionWords at = append_direction_words(item.directions, item.words[0]);
+
+  const RowTable table = coefficient_rows(head, *shape, terms);
+  RowTableWriter rows(table, item);
+  const auto scale_word = static_cast<std::uint32_t>(item.words[0].size());
+  const std::uint64_t texels = texel_count(head), channels = head.channels();
+  for (std::uint32_t view = 0; view < head.views; ++view) {
+    const Result<PtmView> coded = read_ptm_view(head, *shape, read, view, held);
+    if (!coded) return coded.error();
+    for (std::uint32_t level = 0; level < held; ++level) {
+      const CodedRows& from = (*coded)[level];
+      append_scales(from.scales, item.words[0]);
+      for (std::uint64_t r = 0; r < from.rows; ++r) {
+        for (std::uint64_t t = 0; t < texels; ++t)
+          rows.set(view * texels + t, kPtmFirstTerm[level] * channels + r, from.elements[r * texels + t]);
+      }
+    }
+  }
+
+  std::uint32_t first_channel = 0;
+  for (const Map& map : head.maps) {
+    const PtmParams params{head.width,
+                           head.height,
+                           static_cast<uint>(head.wrap_u),
+                           static_cast<uint>(head.wrap_v),
+                           map.channels,
+                           first_channel,
+                           head.channels(),
+                           terms,
+                           at.views,
+                           scale_word,
+                           static_cast<uint>(shape->precision),
+                           table.rows_per_slot()};
+    item.map_params.push_back(params_words(params));
+    first_channel += map.channels;
+  }
+  return item;
+}
+
+}  // namespace btfc

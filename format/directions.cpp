@@ -26,19 +26,31 @@ std::int64_t distance(const DirectionPoint& a, const DirectionPoint& b) {
   return x * x + y * y;
 }
 
-// A triangle for the walk to start from: the one that is least far from holding (x, y).
-std::uint32_t start_triangle(std::span<const DirectionPoint> points, const Triangulation& t, double x,
-                             double y) {
-  std::uint32_t best = 0;
-  double most = -HUGE_VAL;
-  for (std::uint32_t i = 0; i < t.triangles.size(); ++i) {
-    double least = HUGE_VAL;
+// A side of a triangle as a line: above 0 on the inside, in units of distance.
+struct Line {
+  double x, y, offset;
+};
+
+std::vector<std::array<Line, 3>> lines_of(std::span<const DirectionPoint> points, const Triangulation& t) {
+  std::vector<std::array<Line, 3>> lines(t.triangles.size());
+  for (std::size_t i = 0; i < lines.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       const DirectionPoint &a = points[t.triangles[i].corners[k]],
                            &b = points[t.triangles[i].corners[(k + 1) % 3]];
-      const double sx = b.x - a.x, sy = b.y - a.y;
-      least = std::min(least, (sx * (y - a.y) - sy * (x - a.x)) / std::hypot(sx, sy));
+      const double x = b.x - a.x, y = b.y - a.y, length = std::hypot(x, y);
+      lines[i][k] = {-y / length, x / length, (y * a.x - x * a.y) / length};
     }
+  }
+  return lines;
+}
+
+// A triangle for the walk to start from: the one that is least far from holding (x, y).
+std::uint32_t start_triangle(std::span<const std::array<Line, 3>> lines, double x, double y) {
+  std::uint32_t best = 0;
+  double most = -HUGE_VAL;
+  for (std::uint32_t i = 0; i < lines.size(); ++i) {
+    double least = HUGE_VAL;
+    for (const Line& line : lines[i]) least = std::min(least, line.x * x + line.y * y + line.offset);
     if (least > most) {
       most = least;
       best = i;
@@ -71,9 +83,10 @@ void append_table(std::span<const DirectionPoint> points, std::vector<std::uint3
   for (std::size_t i = 0; i < t.border.size(); ++i) std::copy_n(t.border[i].begin(), 2, w + 2 * i);
   w += 2 * n;
   if (t.triangles.empty()) return;
+  const std::vector<std::array<Line, 3>> lines = lines_of(points, t);
   for (std::uint32_t cell = 0; cell < BTFC_GRID_SIDE * BTFC_GRID_SIDE; ++cell) {
     const auto centre = [](std::uint32_t c) { return ((c + 0.5) / BTFC_GRID_SIDE * 2 - 1) * kPointUnit; };
-    w[cell] = start_triangle(points, t, centre(cell % BTFC_GRID_SIDE), centre(cell / BTFC_GRID_SIDE));
+    w[cell] = start_triangle(lines, centre(cell % BTFC_GRID_SIDE), centre(cell / BTFC_GRID_SIDE));
   }
 }
 

@@ -1,5 +1,6 @@
 // Damaged files of every model: refused or decoded within limits, never a crash (run under ASan and UBSan
 // too).
+#include <bit>
 #include <fstream>
 
 #include "encoder/output/atomic_file.h"
@@ -101,7 +102,10 @@ TEST_P(Hostile, EveryByteOfASmallFile) {
   const auto original = contents(small.file);
   std::size_t reached = 0, compatible_bits = 0;
   for (std::size_t at = 0; at < small.file.size(); ++at) {
+    // All values where the file is tiny, else single bits and a few more.
     for (unsigned value = 1; value < 256; ++value) {
+      const bool telling = std::has_single_bit(value) || value == 0xff || value == 0x7f || value == 0x55;
+      if (small.file.size() > 500 && !telling) continue;
       Bytes file = small.file;
       file[at] = static_cast<std::uint8_t>(file[at] ^ value);
       // zstd has more than one frame for the same bytes: what passes the hashes must be what was stored.
@@ -116,7 +120,7 @@ TEST_P(Hostile, EveryByteOfASmallFile) {
   }
   // Sample codes and the like may take any value: many of the repaired files decode.
   EXPECT_GT(reached, compatible_bits);
-  std::printf("%s: %zu bytes x 255 values, %zu decoded after their hashes were repaired\n",
+  std::printf("%s: %zu bytes, %zu changes decoded after their hashes were repaired\n",
               small.path.filename().c_str(), small.file.size(), reached);
 }
 

@@ -20,8 +20,7 @@ using Terms = std::array<float, kPlmTerms>;
 constexpr Terms kIdentity = {1, 0, 0, 0, 0};
 // Towards the identity, per texel, values counted in units of the largest: the first that gives a tame curve.
 constexpr double kDraws[] = {1e-5, 1e-4, 1e-3, 1e-2, 1e-1};
-// A light between the measured ones may give a value above all of its neighbours'.
-constexpr double kReach = 1.25;
+constexpr double kReach = 1.02;  // coded directions may be a little longer than 1
 constexpr double kMostTerms = 32, kMostValue = 2;
 
 // Whether a curve stays near the values of its view, `scale` at most, up to the argument `reach`, and does
@@ -118,21 +117,14 @@ PlmPolynomials fit_polynomials(const Dataset& dataset, const Directions& directi
   PlmPolynomials result;
   result.terms.resize(kPlmTerms * channels * pairs);
   std::vector<ImageFit> images(pairs);
-  // The largest value of a view and channel under its lights.
-  std::vector<float> largest(views.size() * channels);
-  const std::vector<ViewPairs> runs = pairs_of_views(info);
-  const auto find_largest = [&](std::size_t v) {
-    std::vector<float> values(texels);
-    for (const Vector3& light : lights_of(directions, runs[v])) {
-      for (std::size_t c = 0; c < channels; ++c) {
-        values_of_lobes(views[v], c, channels, light, values);
-        float& most = largest[v * channels + c];
-        most = std::max(most, *std::max_element(values.begin(), values.end()));
-      }
+  // The largest rho of a view and channel: |a| is 1, so no light gives more.
+  std::vector<float> largest;
+  for (const LobePlanes& planes : views) {
+    for (std::size_t c = 0; c < channels; ++c) {
+      const auto first = planes.begin() + static_cast<std::ptrdiff_t>(c * texels);
+      largest.push_back(*std::max_element(first, first + static_cast<std::ptrdiff_t>(texels)));
     }
-    return Result<Done>(Done{});
-  };
-  static_cast<void>(for_each_index(views.size(), find_largest));
+  }
   const auto fit_image = [&](std::size_t pair) {
     std::vector<std::uint16_t> codes(info.image_samples());
     dataset.read_image(pair, codes);

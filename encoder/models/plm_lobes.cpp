@@ -20,6 +20,8 @@ namespace HWY_NAMESPACE {
 constexpr std::size_t W = kLobeLanes, P = kLobeParameters, kProducts = P * (P + 1) / 2;
 constexpr float kLn2 = 0.69314718f;
 constexpr float kMostRho = 65536;
+constexpr float kMostPeak =
+    4;  // rho, in units of the texel's largest value: peaks between lights stay bounded
 constexpr float kLeastDamping = 1e-5f, kMostDamping = 1e7f, kFirstDamping = 1e-2f;
 constexpr float kLeastGain = 1e-4f;  // of the error
 constexpr unsigned kMostSteps = 100;
@@ -118,7 +120,8 @@ void solve(const Equations& e, const float (&damping)[W], float (&step)[P][W]) {
 }
 
 // Parameters after a step, with |a| = 1 and rho and n in their ranges; unchanged where the step is no number.
-void take_step(const float (&p)[P][W], const float (&step)[P][W], float (&q)[P][W]) {
+void take_step(const float (&p)[P][W], const float (&step)[P][W], const float (&most_rho)[W],
+               float (&q)[P][W]) {
   for (std::size_t l = 0; l < W; ++l) {
     const float x = p[1][l] + step[1][l], y = p[2][l] + step[2][l], z = p[3][l] + step[3][l];
     float n = p[4][l] + step[4][l];
@@ -130,13 +133,25 @@ void take_step(const float (&p)[P][W], const float (&step)[P][W], float (&q)[P][
     const float length = std::sqrt(safe);
     float rho = (p[0][l] + step[0][l]) * btfc_exp2(0.5f * n * btfc_log2(safe));
     rho = rho > 0 ? rho : 0;
-    rho = rho < kMostRho ? rho : kMostRho;
+    rho = rho < most_rho[l] ? rho : most_rho[l];
     q[0][l] = sound ? rho : p[0][l];
     q[1][l] = sound ? x / length : p[1][l];
     q[2][l] = sound ? y / length : p[2][l];
     q[3][l] = sound ? z / length : p[3][l];
     q[4][l] = sound ? n : p[4][l];
   }
+}
+
+// The bound of rho in every lane.
+void find_most_rho(const LobeLights& view, const float* values, float (&most)[W]) {
+  for (std::size_t l = 0; l < W; ++l) most[l] = 0;
+  for (std::size_t i = 0; i < view.lights.size(); ++i) {
+    for (std::size_t l = 0; l < W; ++l) {
+      const float value = kMostPeak * values[i * W + l];
+      most[l] = most[l] > value ? most[l] : value;
+    }
+  }
+  for (std::size_t l = 0; l < W; ++l) most[l] = most[l] < kMostRho ? most[l] : kMostRho;
 }
 
 void refine_target(const LobeLights& view, const float* values, unsigned steps, LobeBatch& lobes) {
@@ -147,12 +162,14 @@ void refine_target(const LobeLights& view, const float* values, unsigned steps, 
     damping[l] = kFirstDamping;
     done[l] = false;
   }
+  float most_rho[W];
+  find_most_rho(view, values, most_rho);
   float(&p)[P][W] = lobes.parameter;
   form_equations(view, values, p, now);
   const unsigned most = steps == 0 ? kMostSteps : steps;
   for (unsigned round = 0; round < most; ++round) {
     solve(now, damping, step);
-    take_step(p, step, q);
+    take_step(p, step, most_rho, q);
     form_equations(view, values, q, then);
     bool all_done = true;
     for (std::size_t l = 0; l < W; ++l) {
@@ -206,6 +223,8 @@ void start_target(const LobeLights& view, const float* values, LobeBatch& lobes)
     lobes.parameter[4][l] = 1;
     lobes.error[l] = squares[l];
   }
+  float most_rho[W];
+  find_most_rho(view, values, most_rho);
   for (auto& way : direction) {
     float p[P][W];
     for (std::size_t l = 0; l < W; ++l) {
@@ -238,7 +257,7 @@ void start_target(const LobeLights& view, const float* values, LobeBatch& lobes)
         const float error = squares[l] - across[k][l] * across[k][l] / self[k][l];
         if (!(error < lobes.error[l])) continue;
         lobes.error[l] = error;
-        lobes.parameter[0][l] = std::min(across[k][l] / self[k][l], kMostRho);
+        lobes.parameter[0][l] = std::min(across[k][l] / self[k][l], most_rho[l]);
         for (std::size_t a = 1; a < 4; ++a) lobes.parameter[a][l] = p[a][l];
         lobes.parameter[4][l] = kExponent[k];
       }

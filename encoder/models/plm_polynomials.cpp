@@ -18,10 +18,30 @@ namespace {
 
 using Terms = std::array<float, kPlmTerms>;
 constexpr Terms kIdentity = {1, 0, 0, 0, 0};
-constexpr double kDraw = 1e-5;  // towards the identity, per texel, values counted in units of the largest
+// Towards the identity, per texel, values counted in units of the largest: the first that gives a tame curve.
+constexpr double kDraws[] = {1e-5, 1e-4, 1e-3, 1e-2, 1e-1};
+constexpr double kReach = 1.02;  // coded directions may be a little longer than 1
+constexpr double kMostTerms = 32, kMostValue = 2;
 
-// Least squares of target ~ sum_j b_j value^j.
-Terms nearest_polynomial(std::span<const float> values, std::span<const float> targets) {
+// Whether a curve stays near the values of its view, `scale` at most, up to the argument `reach`, and does
+// not get there by terms that cancel.
+bool tame(const Terms& b, double reach, double scale) {
+  double terms = 0, power = reach;
+  for (const float term : b) {
+    terms += std::abs(term) * power;
+    power *= reach;
+  }
+  if (!(terms <= kMostTerms * scale)) return false;
+  for (int i = 1; i <= 32; ++i) {
+    const double y = reach * i / 32;
+    const double value = ((((b[4] * y + b[3]) * y + b[2]) * y + b[1]) * y + b[0]) * y;
+    if (!(std::abs(value) <= kMostValue * scale)) return false;
+  }
+  return true;
+}
+
+// Least squares of target ~ sum_j b_j value^j. reach: the largest argument that may come under other lights.
+Terms nearest_polynomial(std::span<const float> values, std::span<const float> targets, double reach) {
   const double unit = *std::max_element(values.begin(), values.end());
   if (!(unit > 1e-9)) return kIdentity;
   // Sums of y^0 … y^10 and of r y^0 … r y^5.
@@ -42,17 +62,21 @@ Terms nearest_polynomial(std::span<const float> values, std::span<const float> t
     for (std::size_t k = 1; k <= kPlmTerms; ++k) product(as_index(j - 1), as_index(k - 1)) = moment[j + k];
     right(as_index(j - 1)) = cross[j];
   }
-  const double draw = kDraw * static_cast<double>(values.size());
-  product.diagonal().array() += draw;
-  right(0) += draw;
-  const Eigen::Matrix<double, kPlmTerms, 1> solved = product.ldlt().solve(right);
-  Terms terms{};
-  double scale = 1;
-  for (std::size_t j = 0; j < kPlmTerms; ++j, scale /= unit) {
-    terms[j] = static_cast<float>(solved(as_index(j)) * scale);
-    if (!(std::abs(terms[j]) < 1e9f)) return kIdentity;
+  const double scale = std::max<double>(reach, *std::max_element(targets.begin(), targets.end()));
+  for (const double each : kDraws) {
+    const double draw = each * static_cast<double>(values.size());
+    Eigen::Matrix<double, kPlmTerms, kPlmTerms> drawn = product;
+    drawn.diagonal().array() += draw;
+    Eigen::Matrix<double, kPlmTerms, 1> target = right;
+    target(0) += draw;
+    const Eigen::Matrix<double, kPlmTerms, 1> solved = drawn.ldlt().solve(target);
+    Terms terms{};
+    double power = 1;
+    for (std::size_t j = 0; j < kPlmTerms; ++j, power /= unit)
+      terms[j] = static_cast<float>(solved(as_index(j)) * power);
+    if (tame(terms, reach, scale)) return terms;
   }
-  return terms;
+  return kIdentity;
 }
 
 double squares_of(std::span<const float> values, std::span<const float> targets, const Terms& b) {
@@ -62,6 +86,17 @@ double squares_of(std::span<const float> values, std::span<const float> targets,
     sum += static_cast<double>(rest) * rest;
   }
   return sum;
+}
+
+// Of one channel of all texels towards a light.
+void values_of_lobes(const LobePlanes& planes, std::size_t channel, std::size_t channels,
+                     const Vector3& light, std::vector<float>& values) {
+  std::array<const float*, kLobeParameters> parameters{};
+  for (std::size_t m = 0; m < kLobeParameters; ++m)
+    parameters[m] = &planes[(m * channels + channel) * values.size()];
+  lobe_values(parameters, values.size(),
+              {static_cast<float>(light[0]), static_cast<float>(light[1]), static_cast<float>(light[2])},
+              values.data());
 }
 
 // One image's share of the result.
@@ -82,6 +117,14 @@ PlmPolynomials fit_polynomials(const Dataset& dataset, const Directions& directi
   PlmPolynomials result;
   result.terms.resize(kPlmTerms * channels * pairs);
   std::vector<ImageFit> images(pairs);
+  // The largest rho of a view and channel: |a| is 1, so no light gives more.
+  std::vector<float> largest;
+  for (const LobePlanes& planes : views) {
+    for (std::size_t c = 0; c < channels; ++c) {
+      const auto first = planes.begin() + static_cast<std::ptrdiff_t>(c * texels);
+      largest.push_back(*std::max_element(first, first + static_cast<std::ptrdiff_t>(texels)));
+    }
+  }
   const auto fit_image = [&](std::size_t pair) {
     std::vector<std::uint16_t> codes(info.image_samples());
     dataset.read_image(pair, codes);
@@ -89,11 +132,8 @@ PlmPolynomials fit_polynomials(const Dataset& dataset, const Directions& directi
     const Vector3 light = unit_vector(directions.lights[info.pairs[pair].light]);
     std::vector<float> values(texels), targets(texels), sorted_values, sorted_targets;
     for (std::size_t c = 0; c < channels; ++c) {
-      std::array<const float*, kLobeParameters> parameters{};
-      for (std::size_t m = 0; m < kLobeParameters; ++m) parameters[m] = &planes[(m * channels + c) * texels];
-      lobe_values(parameters, texels,
-                  {static_cast<float>(light[0]), static_cast<float>(light[1]), static_cast<float>(light[2])},
-                  values.data());
+      values_of_lobes(planes, c, channels, light, values);
+      const double reach = kReach * largest[info.pairs[pair].view * channels + c];
       for (std::size_t t = 0; t < texels; ++t) targets[t] = table[codes[t * channels + c]];
       const double before = squares_of(values, targets, kIdentity);
       Terms terms = kIdentity;
@@ -102,9 +142,9 @@ PlmPolynomials fit_polynomials(const Dataset& dataset, const Directions& directi
         sorted_targets = targets;
         std::sort(sorted_values.begin(), sorted_values.end());
         std::sort(sorted_targets.begin(), sorted_targets.end());
-        terms = nearest_polynomial(sorted_values, sorted_targets);
+        terms = nearest_polynomial(sorted_values, sorted_targets, reach);
       } else if (kind == PlmPolynomial::least_squares) {
-        terms = nearest_polynomial(values, targets);
+        terms = nearest_polynomial(values, targets, reach);
       }
       double after = terms == kIdentity ? before : squares_of(values, targets, terms);
       if (!(after < before)) {

@@ -23,9 +23,9 @@ struct PlmPolynomials {
 
 // Of each pair's image and channel: histogram, the polynomial nearest to the map from values of the lobes'
 // image to the measured ones of the same rank, which matches the cumulative histograms; least_squares, the
-// one nearest to the measured values themselves. In both the identity is drawn towards, so that texels that
-// hardly differ do not give a wild curve; and it is taken where the polynomial's error is not below its own.
-// none: the identity everywhere, for the errors.
+// one nearest to the measured values themselves. Both are drawn towards the identity, as weakly as leaves a
+// curve that stays near the values of its view; and give way to the identity where they do not lower its
+// error. none: the identity everywhere, for the errors.
 PlmPolynomials fit_polynomials(const Dataset& dataset, const Directions& directions,
                                const std::vector<LobePlanes>& views, PlmPolynomial kind,
                                const std::function<void(std::size_t, std::size_t)>& progress);

@@ -66,7 +66,7 @@ TEST(Plm, PolynomialsOnlyHelp) {
   EXPECT_GT(reported(nearest, "polynomials_kept"), 0);
   EXPECT_LT(reported(nearest, "fit_rmse"), 0.8 * reported(alone, "fit_rmse"));
   EXPECT_LE(reported(matched, "fit_rmse"), reported(alone, "fit_rmse"));
-  EXPECT_LE(reported(nearest, "fit_rmse"), reported(matched, "fit_rmse") + 1e-6);
+  EXPECT_LE(reported(nearest, "fit_rmse"), 1.02 * reported(matched, "fit_rmse"));
   // What is reported is what a decoder gives.
   const TexturePtr texture = load(pack(nearest));
   double squares = 0;

@@ -19,6 +19,7 @@ import xml.etree.ElementTree
 from pathlib import Path
 
 sys.dont_write_bytecode = True
+import btf_sets
 import make_vectors as files
 
 try:
@@ -645,6 +646,75 @@ class DecodeTest(CommandTest):
             files.raw_chunk(b"SMPL", payload, chunks[b"SMPL"]),
             files.raw_chunk(b"COOR", payload, bytes(4 * 33 * 33))]))
         return path, codes
+
+    def btf(self):
+        """A data set of 10 views and 5 lights, named as in UBO2003."""
+        folder = Path(tempfile.mkdtemp(dir=self.folder)) / "btf"
+        btf_sets.write_named_set(folder, btf_sets.GRID, btf_sets.RING, (7, 5))
+        return folder
+
+    def test_btf_there_and_back(self):
+        folder, path = self.btf(), self.path("btf.btfc")
+        for model, options in (("ptm", []), ("plm", []), ("pcarf", ["--rank", "4"]), ("pca", ["--rank", "49"]),
+                               ("lpca", ["--clusters", "3", "--rank", "9"])):
+            with self.subTest(model):
+                made = self.json("encode", folder, "-o", path, "--model", model, *options, "--json")
+                self.assertEqual(made["payload_bits"], made["formula_bits"])
+                self.ok("verify", path)
+                said = self.json("info", path, "--json")
+                self.assertEqual((said["views"], said["lights"], said["pairs"]), (10, 5, 50))
+                self.assertIn("operations", said["cost"])
+                done = run("compare", folder, path, "--measures", "psnr", "--json")
+                self.assertIn(done.returncode, (0, 7), done.stderr)
+                psnr = json.loads(done.stdout)["psnr_db"] or 99  # null: no difference at 16 bits
+                self.assertGreater(psnr, 90 if model in ("pca", "pcarf") else 18)  # 49 and 4 components hold all there is
+                for out in ("out", "out.exr"):
+                    self.ok("decode", path, "-o", self.path(f"{model}-{out}"), "--directions", "all")
+                    done = run("compare", folder, self.path(f"{model}-{out}"), "--measures", "psnr", "--json")
+                    self.assertAlmostEqual(json.loads(done.stdout)["psnr_db"] or 99, min(psnr, 99), delta=1 if psnr < 40 else 60)
+                one = self.path(f"{model}.png")
+                self.ok("decode", path, "-o", one, "--view", "75,80", "--light", "35,90")
+                self.assertEqual(files.read_png(one)[:3], (7, 5, 3))
+
+    def test_btf_levels_and_sheets(self):
+        folder, path = self.btf(), self.path("btf.btfc")
+        self.ok("encode", folder, "-o", path, "--model", "pca", "--rank", "8")
+        pictures = []
+        for levels in ("0", "2", "8", "9"):
+            out = self.path(f"{levels}.png")
+            self.ok("decode", path, "-o", out, "--levels", levels, "--view", "40,20")
+            pictures.append(files.read_png(out)[4])
+        self.assertNotEqual(pictures[0], pictures[1])
+        self.assertEqual(pictures[2], pictures[3])
+        self.ok("decode", path, "-o", self.path("sheet.png"), "--directions", "all")
+        self.assertGreater(files.read_png(self.path("sheet.png"))[0], 7)
+        self.ok("bench", path, "--seconds", "0.02")
+
+    def test_btf_mistakes(self):
+        folder, path, picture = self.btf(), self.path("btf.btfc"), self.path("picture.png")
+        self.ok("synth", "grain", "-o", picture, "--size", "32x32")
+        self.ok("encode", folder, "-o", path, "--model", "pca", "--rank", "1")
+        out = self.path("none")
+        self.fails(USAGE, "encode", picture, "-o", out, "--model", "pca", says=("no data set", "pca"))
+        self.fails(USAGE, "encode", folder, picture, "-o", out, "--model", "pca", says="one data set")
+        self.fails(USAGE, "encode", "--map", f"a={picture}", "-o", out, "--model", "lpca", says="--map")
+        self.fails(USAGE, "encode", folder, "-o", out, "--model", "patch", says="data set")
+        self.fails(USAGE, "encode", folder, "-o", out, "--model", "pca", "--rank", "256", says="--rank")
+        self.fails(USAGE, "encode", folder, "-o", out, "--model", "pca", "--clusters", "2", says="--clusters")
+        self.fails(USAGE, "encode", picture, "-o", out, "--model", "patch", "--k", "1", "--crop", "0,0,2,2", says="--crop")
+        for option, value in (("--view", "91,0"), ("--view", "30"), ("--light", "a,b"), ("--light", "10,20,30")):
+            self.fails(USAGE, "decode", path, "-o", out, option, value, says=(option, value))
+        self.fails(USAGE, "decode", path, "-o", out, "--directions", "all", "--region", "0,0,1,1", says="--directions")
+        self.assertFalse(Path(out).exists())
+
+    def test_btf_size_sweep(self):
+        size = ["size", "--model", "pca", "--rank", "41"]
+        for sweep in ("size=25:200:25", "directions=11:151:20"):
+            more = [] if sweep.startswith("size") else ["--size", "100"]
+            said = self.json(*size, *more, "--sweep", sweep, "--plot", self.path("s.svg"), "--json")
+            ratios = [p["paper"]["ratio"] for p in said["points"]]
+            self.assertEqual(ratios, sorted(ratios))  # the survey's Fig. 12: both curves rise
+        self.assertIn("compression ratio", Path(self.path("s.svg")).read_text())
 
     @unittest.skipIf(xxhash is None, "python module xxhash is missing")
     def test_largest_texture_by_regions(self):

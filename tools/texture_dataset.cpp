@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "encoder/for_each_index.h"
 #include "tools/command.h"
 #include "tools/file_source.h"
@@ -27,7 +30,12 @@ Result<Head> head_of(const std::string& path) {
   return opened->head;
 }
 
-Direction direction(const float (&v)[3]) { return direction_from_vector({v[0], v[1], std::max(v[2], 0.0f)}); }
+// To 1e-4 degrees: the file keeps directions to some 1e-5 degrees, and names of files are ordered by them.
+Direction direction(const float (&v)[3]) {
+  const Direction d = direction_from_vector({v[0], v[1], std::max(v[2], 0.0f)});
+  const auto rounded = [](double radians) { return std::round(degrees(radians) * 1e4) / 1e4; };
+  return direction_from_degrees(rounded(d.theta), rounded(d.phi));
+}
 
 }  // namespace
 

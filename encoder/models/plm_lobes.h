@@ -28,9 +28,8 @@ struct LobeBatch {
 };
 
 // Good parameters to begin with: of three directions (that of the best linear fit, half way from it to the
-// normal, and the mean of the lights weighted by the squares of the values) and n = 1/4, 1, 4, 16 the pair that
-// fits best with its best rho.
-// values[light * kLobeLanes + lane].
+// normal, and the mean of the lights weighted by the squares of the values) and n = 1/4, 1, 4, 16 the pair
+// that fits best with its best rho. values[light * kLobeLanes + lane].
 void start_lobes(const LobeLights& view, const float* values, LobeBatch& lobes);
 
 // So many steps of Levenberg and Marquardt's method from the given parameters; 0: until a step gains less

@@ -61,9 +61,9 @@ BTFC_FN BtfcCorners btfc_settle(BTFC_IN(uvec3) index, BTFC_IN(vec3) raw) {
   return c;
 }
 
-// The nearest point of the hull's border. Where the foot of p on a side lies s from the side's end, foot and end
-// are as near but for s^2 / 2: less than rounding while s still shows in the weights. So a foot between the
-// ends of its side is preferred to an end that is nearer by less than this.
+// The nearest point of the hull's border. Where the foot of p on a side lies s from the side's end, foot and
+// end are as near but for s^2 / 2: less than rounding while s still shows in the weights. So a foot between
+// the ends of its side is preferred to an end that is nearer by less than this.
 const float BTFC_NEAR = 4.76837158203125e-07f;  // 2^-21
 
 BTFC_FN BtfcCorners btfc_border_corners(BTFC_WORDS words, uint points, uint sides, uint count,

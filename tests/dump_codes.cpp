@@ -50,7 +50,8 @@ int dump_values(const btfc_texture* texture, const char* queries, const char* ou
     if (btfc_texture_map_info(texture, query.map, &map) != BTFC_OK) return 4;
     const std::size_t first = values.size();
     values.resize(first + map.channels);
-    if (btfc_eval(texture, nullptr, &query, sizeof query, 1, values.data() + first, map.channels) != BTFC_OK) {
+    if (btfc_eval(texture, nullptr, &query, sizeof query, 1, values.data() + first, map.channels) !=
+        BTFC_OK) {
       return 4;
     }
   }
@@ -64,8 +65,9 @@ int dump_values(const btfc_texture* texture, const char* queries, const char* ou
 int main(int argc, char** argv) {
   const bool queries = argc == 5 && std::strcmp(argv[2], "--queries") == 0;
   if (argc != 4 && !queries) {
-    std::fprintf(stderr,
-                 "usage: btfc_dump IN.btfc MAP OUT.raw\n       btfc_dump IN.btfc --queries QUERIES.txt OUT.f32\n");
+    std::fprintf(
+        stderr,
+        "usage: btfc_dump IN.btfc MAP OUT.raw\n       btfc_dump IN.btfc --queries QUERIES.txt OUT.f32\n");
     return 1;
   }
   const Result<TexturePtr> texture = load_texture(argv[1]);

@@ -5,10 +5,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <map>
 #include <string>
 
 #include "encoder/input/dataset_read.h"
+#include "encoder/models/gm_em.h"
 #include "encoder/models/gm_gradient.h"
 #include "encoder/models/gm_refined.h"
 #include "encoder/models/gm_samples.h"
@@ -55,6 +57,50 @@ double psnr_of(const GmSamples& samples, const GmMixture& mixture, std::uint32_t
   return -10 * std::log10(sum / (static_cast<double>(samples.count()) * samples.channels));
 }
 
+// Expectation maximisation; with --plain 1 also the plain loop beside a pass, in the same run.
+void fit_em(const GmSamples& samples, const Options& given) {
+  GmEmOptions o;
+  o.components = static_cast<std::uint32_t>(number(given, "components", 600));
+  o.iterations = static_cast<std::uint32_t>(number(given, "iterations", 40));
+  o.every = static_cast<std::uint32_t>(number(given, "every", 1));
+  o.seed = static_cast<std::uint64_t>(number(given, "seed", 1));
+  o.reach = static_cast<float>(number(given, "reach", double{o.reach}));
+  o.progress = [](std::uint32_t iteration, double likelihood, double seconds) {
+    fmt::print("  iteration {:3}  {:6.1f} s  log-likelihood {:.5f}\n", iteration, seconds, likelihood);
+    std::fflush(stdout);
+  };
+  const GmEmMixture start = gm_em_random(samples, o.components, o.seed);
+  if (number(given, "plain", 0) != 0) {
+    const double begin = now();
+    const GmEmSums plain = gm_em_pass_plain(samples, start, 0, 4);
+    const double middle = now();
+    const std::clock_t cpu = std::clock();
+    const GmEmSums fast = gm_em_pass(samples, start, {o.reach, 16, 0});
+    const double end = now();
+    const double cpu_seconds = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
+    const double plain_rate = static_cast<double>(plain.samples) * o.components / (middle - begin);
+    const double fast_rate = static_cast<double>(fast.samples) * o.components / (end - middle);
+    fmt::print(
+        "component-samples a second: plain {:.4g}, fast {:.4g} (ratio {:.1f}; a processor's second {:.4g}), "
+        "listed {:.1f}\n",
+        plain_rate, fast_rate, fast_rate / plain_rate,
+        static_cast<double>(fast.samples) * o.components / cpu_seconds,
+        static_cast<double>(fast.listed) / static_cast<double>(fast.samples));
+  }
+  const double begin = now();
+  const std::clock_t cpu = std::clock();
+  const GmEmFit fit = gm_fit_em(samples, start, o);
+  const double seconds = now() - begin,
+               cpu_seconds = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
+  const GmEmSums all = gm_em_pass(samples, fit.mixture, {});
+  const double psnr = psnr_of(samples, gm_em_decoded(fit.mixture), 0);
+  fmt::print(
+      "em M {} every {}: psnr {:.3f} dB, likelihood of all {:.5f}, {} iterations, {} reseeded, {:.1f} s, of "
+      "processors {:.1f} s\n",
+      o.components, o.every, psnr, all.log_likelihood / static_cast<double>(all.samples), fit.iterations,
+      fit.reseeded, seconds, cpu_seconds);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -81,6 +127,10 @@ int main(int argc, char** argv) {
     }
     fmt::print("mean: rank {}, rms error {:.4f}, worst {:.4f}; {} groups of pairs\n", rank,
                std::sqrt(square / static_cast<double>(table.size())), worst, samples.groups.size());
+    if (given["fit"] == "em") {
+      fit_em(samples, given);
+      return;
+    }
     GmRefinedOptions o;
     o.components = static_cast<std::uint32_t>(number(given, "components", 600));
     o.iterations = static_cast<std::uint64_t>(number(given, "iterations", 0));
@@ -117,18 +167,23 @@ int main(int argc, char** argv) {
           }
         }
         std::sort(v.begin(), v.end());
-        fmt::print("row {:2}: {:8.3f} {:8.3f} {:8.3f} {:8.3f} {:8.3f} {:8.3f} {:8.3f}\n", r, v[0], v[v.size() / 100], v[v.size() / 10],
-                   v[v.size() / 2], v[v.size() * 9 / 10], v[v.size() * 99 / 100], v.back());
+        fmt::print("row {:2}: {:8.3f} {:8.3f} {:8.3f} {:8.3f} {:8.3f} {:8.3f} {:8.3f}\n", r, v[0],
+                   v[v.size() / 100], v[v.size() / 10], v[v.size() / 2], v[v.size() * 9 / 10],
+                   v[v.size() * 99 / 100], v.back());
       }
     };
+    const std::clock_t cpu = std::clock();
     const GmRefined fit = gm_fit_refined(samples, o);
     const double seconds = now() - begin;
+    const double cpu_seconds = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
     const GmPayload payload{fit.codes, mean};
     if (number(given, "ranges", 0) != 0) print_ranges(gm_dequantise(fit.codes));
     const double psnr = psnr_of(samples, gm_dequantise(fit.codes), o.gates);
-    fmt::print("{} M {} bytes {} psnr {:.3f} dB, {} steps, {:.1f} M samples, {:.1f} s, check {:.1f} s\n",
-               argv[1], o.components, gm_formula_bits(payload) / 8, psnr, fit.iterations,
-               static_cast<double>(fit.samples) / 1e6, seconds, now() - begin - seconds);
+    fmt::print(
+        "{} M {} bytes {} psnr {:.3f} dB, {} steps, {:.1f} M samples, {:.1f} s, of processors {:.1f} s, "
+        "check {:.1f} s\n",
+        argv[1], o.components, gm_formula_bits(payload) / 8, psnr, fit.iterations,
+        static_cast<double>(fit.samples) / 1e6, seconds, cpu_seconds, now() - begin - seconds);
   });
   return status;
 }

@@ -89,7 +89,9 @@ GmLimits limits_of(const GmSamples& samples) {
   const DatasetInfo& info = samples.dataset->info();
   const double floors[] = {kLeastSpread, angle_floor(info.views), angle_floor(info.lights)};
   for (std::uint32_t n = 0; n < 6; ++n) {
-    const double most = n == 0 ? kMostSpread * samples.width : n == 1 ? kMostSpread * samples.height : kMostAngle;
+    const double most = n == 0   ? kMostSpread * samples.width
+                        : n == 1 ? kMostSpread * samples.height
+                                 : kMostAngle;
     set(kGmSpreadRow + n, std::log2(floors[n / 2]), std::log2(most));
   }
   set(kGmHeightRow, -60, 60);

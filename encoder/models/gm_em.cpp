@@ -14,6 +14,35 @@ namespace {
 constexpr double kLeastSamples = 5;  // fewer make a component dead
 constexpr double kStartSpread = 0.5;
 
+// Of shares that differ each iteration (Cappé, Moulines 2009): the new one counts (iteration + 1)^-kForget.
+constexpr double kForget = 0.6;
+constexpr std::uint64_t kPhaseStep = 0x9e3779b1;  // odd and far from small fractions
+
+// Moments about the means become those about the origin, or back.
+void move_moments(const GmEmMixture& mixture, double way, GmEmSums& sums) {
+  const std::size_t count = mixture.components;
+  for (std::size_t i = 0; i < sums.first.size(); ++i) {
+    const double shift = way * mixture.mean[i], sum = sums.sum[i % count];
+    sums.second[i] += 2 * shift * sums.first[i] + shift * shift * sum;
+    sums.first[i] += shift * sum;
+  }
+}
+
+// kept = (1 - share) kept + share sums; sums = kept.
+void blend(const GmEmMixture& mixture, GmEmSums& sums, double share, GmEmSums& kept) {
+  move_moments(mixture, 1, sums);
+  if (!kept.sum.empty()) {
+    const auto mix = [&](std::vector<double>& to, const std::vector<double>& from) {
+      for (std::size_t i = 0; i < to.size(); ++i) to[i] = share * to[i] + (1 - share) * from[i];
+    };
+    mix(sums.sum, kept.sum);
+    mix(sums.first, kept.first);
+    mix(sums.second, kept.second);
+  }
+  kept = sums;
+  move_moments(mixture, -1, sums);
+}
+
 double typical_step(const std::vector<Direction>& directions) {
   double sum = 0;
   for (std::size_t i = 0; i < directions.size(); ++i) {
@@ -179,11 +208,18 @@ GmEmFit gm_fit_em(const GmSamples& samples, const GmEmMixture& start, const GmEm
   GmEmPass pass;
   pass.reach = options.reach;
   pass.every = options.every;
+  GmEmSums kept;  // running means of the shares, in absolute moments
   while (fit.iterations < options.iterations) {
-    const GmEmSums sums = gm_em_pass(samples, fit.mixture, pass);
+    // Shares far apart follow each other: neighbouring ones see nearly the same pairs.
+    pass.phase = static_cast<std::uint32_t>(std::uint64_t{fit.iterations} * kPhaseStep % options.every);
+    GmEmSums sums = gm_em_pass(samples, fit.mixture, pass);
     const double mean = sums.log_likelihood / static_cast<double>(sums.samples);
     const double before = fit.log_likelihood.empty() ? -1e300 : fit.log_likelihood.back();
     fit.log_likelihood.push_back(mean);
+    if (options.every > 1) {
+      const double share = std::max(1.0 / options.every, std::pow(fit.iterations + 1.0, -kForget));
+      blend(fit.mixture, sums, share, kept);
+    }
     fit.mixture = gm_em_maximise(fit.mixture, sums, floors);
     fit.reseeded += gm_em_reseed(fit.mixture, sums, kLeastSamples);
     ++fit.iterations;

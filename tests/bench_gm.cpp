@@ -10,7 +10,9 @@
 #include <string>
 
 #include "encoder/input/dataset_read.h"
+#include "encoder/metrics/dataset_metrics.h"
 #include "encoder/models/gm_em.h"
+#include "encoder/models/gm_evaluate.h"
 #include "encoder/models/gm_gradient.h"
 #include "encoder/models/gm_refined.h"
 #include "encoder/models/gm_samples.h"
@@ -55,6 +57,31 @@ double psnr_of(const GmSamples& samples, const GmMixture& mixture, std::uint32_t
   double sum = 0;
   for (const double s : squares) sum += s;
   return -10 * std::log10(sum / (static_cast<double>(samples.count()) * samples.channels));
+}
+
+// Mean SSIM over pairs, of values rounded to 8 bits.
+double ssim_of(const GmSamples& samples, const GmMixture& mixture) {
+  const Dataset& original = *samples.dataset;
+  auto decoded = Dataset::create(original.info(), "");
+  if (!decoded) return std::nan("");
+  const GmField field = gm_field(mixture, samples.width, samples.height, samples.wraps);
+  std::vector<float> xs, ys;
+  for (std::uint32_t x = 0; x < samples.width; ++x) xs.push_back(static_cast<float>(x) + 0.5f);
+  for (std::uint32_t y = 0; y < samples.height; ++y) ys.push_back(static_cast<float>(y) + 0.5f);
+  tbb::parallel_for(std::size_t{0}, samples.pairs.size(), [&](std::size_t p) {
+    std::vector<float> values(original.info().image_samples());
+    std::vector<std::uint16_t> codes(values.size());
+    gm_evaluate_image(field, samples.pairs[p], xs, ys, {0, 14}, values);
+    for (std::size_t i = 0; i < codes.size(); ++i) {
+      const float v = values[i] + samples.mean[p * samples.channels + i % samples.channels];
+      codes[i] = static_cast<std::uint16_t>(std::lround(std::clamp(v, 0.0f, 1.0f) * 255));
+    }
+    decoded->write_image(p, codes);
+  });
+  DatasetMetricOptions options;
+  options.measures = {true, false, false};
+  const auto metrics = compare_datasets(original, *decoded, options);
+  return metrics ? metrics->all.ssim : std::nan("");
 }
 
 // Expectation maximisation; with --plain 1 also the plain loop beside a pass, in the same run.
@@ -133,6 +160,14 @@ int main(int argc, char** argv) {
     }
     GmRefinedOptions o;
     o.components = static_cast<std::uint32_t>(number(given, "components", 600));
+    o.shear = number(given, "shear", 1) != 0;
+    if (number(given, "bytes", 0) > 0) {
+      // What is left for u8 components beside the mean, the ranges and a head of at most 256 bytes.
+      const GmShape shape{0, samples.channels, o.shear};
+      const GmPayload empty{{shape, GmPrecision::u8, {}, {}}, mean};
+      const double left = number(given, "bytes", 0) - 256 - static_cast<double>(gm_formula_bits(empty)) / 8;
+      o.components = static_cast<std::uint32_t>(left / shape.rows());
+    }
     o.iterations = static_cast<std::uint64_t>(number(given, "iterations", 0));
     o.seconds = number(given, "seconds", 30);
     o.gates = static_cast<std::uint32_t>(number(given, "gates", 0));
@@ -179,6 +214,9 @@ int main(int argc, char** argv) {
     const GmPayload payload{fit.codes, mean};
     if (number(given, "ranges", 0) != 0) print_ranges(gm_dequantise(fit.codes));
     const double psnr = psnr_of(samples, gm_dequantise(fit.codes), o.gates);
+    if (number(given, "ssim", 0) != 0) {
+      fmt::print("ssim {:.4f}\n", ssim_of(samples, gm_dequantise(fit.codes)));
+    }
     fmt::print(
         "{} M {} bytes {} psnr {:.3f} dB, {} steps, {:.1f} M samples, {:.1f} s, of processors {:.1f} s, "
         "check {:.1f} s\n",

@@ -240,16 +240,10 @@ void em_tile(const EmField& field, const GmSamples& samples, const EmTile& tile,
     float low[kChannels], high[kChannels];
     std::fill_n(low, kChannels, 1e30f);
     std::fill_n(high, kChannels, -1e30f);
-    float* to = colours;
-    for (std::uint32_t y = tile.y; y < tile.y + tile.height; ++y) {
-      for (std::uint32_t x = tile.x; x < tile.x + tile.width; ++x) {
-        for (std::uint32_t c = 0; c < kChannels; ++c) {
-          const float v = samples.value(p, x, y, c) - samples.mean[p * kChannels + c];
-          low[c] = std::min(low[c], v);
-          high[c] = std::max(high[c], v);
-          *to++ = v;
-        }
-      }
+    samples.rectangle(p, tile.x, tile.y, tile.width, tile.height, colours);
+    for (std::size_t i = 0; i < std::size_t{tile.width} * tile.height * kChannels; ++i) {
+      low[i % kChannels] = std::min(low[i % kChannels], colours[i]);
+      high[i % kChannels] = std::max(high[i % kChannels], colours[i]);
     }
     EmBox box{};
     box.half[0] = 0.5f * static_cast<float>(tile.width - 1);

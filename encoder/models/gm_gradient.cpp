@@ -247,6 +247,9 @@ void visit_target(const GmField& field, const GmSamples& samples, const GmVisit&
       for (std::size_t j = 0; j < visit.height; ++j) std::fill_n(r.rows + j * r.stride, padded, 0.0f);
       for (std::size_t k = kOutputs; k < kMoments; ++k) std::fill_n(r.moments + k * r.stride, padded, 0.0f);
     }
+    float targets[kGmTile * kGmTile * kChannels];
+    samples.rectangle(p, visit.x, visit.y, visit.width, visit.height, targets);
+    const float* target = targets;
     const float* mean = samples.mean.data() + std::size_t{p} * kChannels;
     double squares = 0;
     for (std::size_t j = 0; j < visit.height; ++j) {
@@ -265,9 +268,8 @@ void visit_target(const GmField& field, const GmSamples& samples, const GmVisit&
         const float inverse = 1.0f / total;
         for (std::uint32_t c = 0; c < kChannels; ++c) {
           value[c] *= inverse;
-          const float shown = samples.value(p, visit.x + static_cast<std::uint32_t>(i),
-                                            visit.y + static_cast<std::uint32_t>(j), c);
-          error[c] = value[c] + mean[c] - shown;
+          const float shown = value[c] + mean[c];
+          error[c] = std::clamp(shown, samples.low, samples.high) - mean[c] - *target++;
           squares += static_cast<double>(error[c] * error[c]);
         }
         if (options.gradient) {
@@ -365,7 +367,8 @@ void gm_add_gradient_plain(const GmMixture& mixture, const GmSamples& samples, c
         double value[4] = {}, error[4] = {};
         for (std::uint32_t c = 0; c < shape.channels; ++c) {
           for (std::size_t m = 0; m < count; ++m) value[c] += gate[m] / total * number(kGmOutputRow + c, m);
-          error[c] = value[c] + double{samples.mean[std::size_t{p} * shape.channels + c]} -
+          const double shown = value[c] + double{samples.mean[std::size_t{p} * shape.channels + c]};
+          error[c] = std::clamp(shown, double{samples.low}, double{samples.high}) -
                      double{samples.value(p, x, y, c)};
           sums.squared_error += error[c] * error[c];
         }

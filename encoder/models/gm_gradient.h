@@ -42,7 +42,8 @@ struct GmScratch {
   std::vector<std::uint32_t> numbers;
 };
 
-// Adds to sums.
+// Adds to sums. Values are cut off at the ends of what can be shown before they are compared, and what is cut
+// off is pulled back by the error that is left.
 void gm_add_gradient(const GmField& field, const GmSamples& samples, const GmVisit& visit,
                      const GmGradientOptions& options, GmScratch& scratch, GmSums& sums);
 

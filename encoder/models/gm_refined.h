@@ -30,9 +30,9 @@ struct GmRefinedOptions {
   float rate = 1;                                   // on all steps of descent
   std::uint32_t visits = 32;                        // rectangles an iteration
   std::uint32_t pairs_per_visit = 4;                // pairs each is seen under
-  std::uint32_t first_components = 0;               // before splitting; 0: a quarter
-  std::uint32_t split_every = 500;                  // iterations
-  float growth = 1.25f;                             // components after a split, over those before
+  std::uint32_t first_components = 0;               // before splitting; 0: half
+  std::uint32_t split_every = 150;                  // iterations
+  float growth = 1.1f;                              // components after a split, over those before
   float reach = 6;                                  // culling in the descent, powers of two
   std::function<void(const GmProgress&)> progress;  // now and then
 };

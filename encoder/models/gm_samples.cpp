@@ -15,6 +15,9 @@ namespace {
 // Directions a group: about this many, so that a group's box is small beside the spreads.
 constexpr std::size_t kDirectionsPerGroup = 7;
 
+// Bytes of codes that are held in memory.
+constexpr std::uint64_t kMostNear = std::uint64_t{512} << 20;
+
 vec3 unit(const Direction& d) {
   const Vector3 v = unit_vector(d);
   return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
@@ -84,6 +87,10 @@ GmSamples gm_samples(const Dataset& dataset, GmTransform transform) {
     const float value = code_value(info.type, code);
     out.values[code] = transform == GmTransform::log ? std::log2(1.0f + std::max(value, 0.0f)) : value;
   }
+  if (info.type == SampleType::float16) {
+    out.low = -1e30f;
+    out.high = 1e30f;
+  }
   for (const DirectionPair& pair : info.pairs) {
     out.pairs.push_back(gm_pair_inputs(unit(info.views[pair.view]), unit(info.lights[pair.light])));
   }
@@ -92,8 +99,38 @@ GmSamples gm_samples(const Dataset& dataset, GmTransform transform) {
   for (std::uint32_t p = 0; p < info.pairs.size(); ++p) {
     groups[{view_group[info.pairs[p].view], light_group[info.pairs[p].light]}].push_back(p);
   }
+  if (info.type == SampleType::unorm8 && out.count() * out.channels <= kMostNear) {
+    out.near.resize(out.count() * out.channels);
+    tbb::parallel_for(std::size_t{0}, info.pairs.size(), [&](std::size_t pair) {
+      std::vector<std::uint16_t> codes(info.image_samples());
+      dataset.read_image(pair, codes);
+      std::transform(codes.begin(), codes.end(),
+                     out.near.begin() + static_cast<std::ptrdiff_t>(pair * codes.size()),
+                     [](std::uint16_t code) { return static_cast<std::uint8_t>(code); });
+    });
+  }
   for (const auto& [key, members] : groups) out.groups.push_back({box_of(out.pairs, members), members});
   return out;
+}
+
+void GmSamples::rectangle(std::size_t pair, std::uint32_t x, std::uint32_t y, std::uint32_t columns,
+                          std::uint32_t rows, float* out) const {
+  const float* less = mean.data() + pair * channels;
+  const std::size_t row = std::size_t{columns} * channels;
+  for (std::uint32_t j = 0; j < rows; ++j, out += row) {
+    if (!near.empty()) {
+      const std::uint8_t* codes = near.data() + ((pair * height + y + j) * width + x) * channels;
+      for (std::size_t i = 0; i < row; ++i) out[i] = values[codes[i]];
+    } else {
+      for (std::size_t i = 0; i < row; ++i) {
+        out[i] = value(pair, x + static_cast<std::uint32_t>(i) / channels, y + j,
+                       static_cast<std::uint32_t>(i) % channels);
+      }
+    }
+    for (std::size_t i = 0; i < row; i += channels) {
+      for (std::size_t c = 0; c < channels; ++c) out[i + c] -= less[c];
+    }
+  }
 }
 
 std::vector<float> gm_mean_table(const GmSamples& samples) {

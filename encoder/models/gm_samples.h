@@ -22,14 +22,20 @@ struct GmSamples {
   std::uint32_t width = 0, height = 0, channels = 0;
   bool wraps = false;
   std::vector<float> values;  // of a code, in the transform of the fit
+  float low = 0, high = 1;  // where what is decoded is cut off: the ends of values
   std::vector<GmPairInputs> pairs;
   std::vector<GmPairGroup> groups;
   std::vector<float> mean;  // as a decoder sees it: [pair * channels + channel]; none at first
+  // Codes of 8 bits by pair, row, texel, where they are few enough to be held; else the data set is asked.
+  std::vector<std::uint8_t> near;
 
   std::uint64_t count() const { return std::uint64_t{width} * height * pairs.size(); }
   float value(std::size_t pair, std::uint32_t x, std::uint32_t y, std::uint32_t channel) const {
     return values[dataset->code(pair, x, y, channel)];
   }
+  // Values less the mean of a rectangle of texels, rows from its top, channels interleaved.
+  void rectangle(std::size_t pair, std::uint32_t x, std::uint32_t y, std::uint32_t columns,
+                 std::uint32_t rows, float* out) const;
 };
 
 // How values are seen by the fit: as they are, or by log2(1 + value), for values without an upper end.

@@ -14,6 +14,7 @@
 #include "encoder/models/gm_em.h"
 #include "encoder/models/gm_evaluate.h"
 #include "encoder/models/gm_gradient.h"
+#include "encoder/models/gm_random.h"
 #include "encoder/models/gm_refined.h"
 #include "encoder/models/gm_samples.h"
 #include "encoder/run_on_threads.h"
@@ -57,6 +58,66 @@ double psnr_of(const GmSamples& samples, const GmMixture& mixture, std::uint32_t
   double sum = 0;
   for (const double s : squares) sum += s;
   return -10 * std::log10(sum / (static_cast<double>(samples.count()) * samples.channels));
+}
+
+// Evaluation against the plain loop, one thread each: 800x800 texels under one pair, and random queries of
+// 8 gates.
+void decode_rates(const GmSamples& samples, const GmMixture& mixture) {
+  const GmField field = gm_field(mixture, samples.width, samples.height, samples.wraps);
+  constexpr float kImageReach = 14;
+  constexpr std::uint32_t kSide = 800, kPlain = 20000, kQueries = 2000000;
+  std::vector<float> xs, ys;
+  for (std::uint32_t i = 0; i < kSide; ++i) {
+    xs.push_back((static_cast<float>(i) + 0.5f) * field.width / kSide);
+    ys.push_back((static_cast<float>(i) + 0.5f) * field.height / kSide);
+  }
+  const std::size_t pair = samples.pairs.size() * 2 / 3;
+  std::vector<float> image(std::size_t{kSide} * kSide * samples.channels);
+  const auto seconds = [](const auto& work) {
+    const std::clock_t begin = std::clock();
+    work();
+    return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  };
+  const double fast = seconds([&] {
+    gm_evaluate_image(field, samples.pairs[pair], xs, ys, {0, kImageReach}, image);
+  });
+  std::vector<GmQuery> queries;
+  for (std::uint32_t i = 0; i < kPlain; ++i) {
+    const std::size_t at = std::size_t{i} * 31 % (std::size_t{kSide} * kSide);
+    queries.push_back({xs[at % kSide], ys[at / kSide], samples.pairs[pair]});
+  }
+  std::vector<float> plain(std::size_t{kPlain} * samples.channels);
+  const double slow = seconds([&] { gm_evaluate_plain(field, queries, 0, plain); }) / kPlain;
+  double worst = 0;
+  for (std::uint32_t i = 0; i < kPlain; ++i) {
+    const std::size_t at = std::size_t{i} * 31 % (std::size_t{kSide} * kSide);
+    for (std::uint32_t c = 0; c < samples.channels; ++c) {
+      worst = std::max(worst, std::fabs(double{plain[std::size_t{i} * samples.channels + c]} -
+                                        double{image[at * samples.channels + c]}));
+    }
+  }
+  const double texels = double{kSide} * kSide;
+  fmt::print(
+      "image {}x{}: {:.3f} s, {:.2f} Mtexel/s, plain {:.4f} Mtexel/s, ratio {:.0f}, worst error {:.2e}\n",
+      kSide, kSide, fast, texels / fast / 1e6, 1e-6 / slow, slow * texels / fast, worst);
+  GmRandom random(5);
+  queries.resize(kQueries);
+  for (GmQuery& q : queries) {
+    q.x = field.width * static_cast<float>(random.uniform());
+    q.y = field.height * static_cast<float>(random.uniform());
+    q.directions = samples.pairs[random.below(samples.pairs.size())];
+  }
+  std::vector<float> batch(std::size_t{kQueries} * samples.channels);
+  const double sorted = seconds([&] { gm_evaluate_batch(field, queries, {8, 14}, batch); }) / kQueries;
+  const double one =
+      seconds([&] { gm_evaluate_plain(field, std::span(queries).first(kPlain), 8, plain); }) / kPlain;
+  double square = 0;
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    const double d = double{plain[i]} - double{batch[i]};
+    square += d * d;
+  }
+  fmt::print("random queries, 8 gates: {:.2f} Mtexel/s, plain {:.4f}, ratio {:.0f}, rms difference {:.2e}\n",
+             1e-6 / sorted, 1e-6 / one, one / sorted, std::sqrt(square / static_cast<double>(plain.size())));
 }
 
 // Mean SSIM over pairs, of values rounded to 8 bits.
@@ -214,6 +275,7 @@ int main(int argc, char** argv) {
     const GmPayload payload{fit.codes, mean};
     if (number(given, "ranges", 0) != 0) print_ranges(gm_dequantise(fit.codes));
     const double psnr = psnr_of(samples, gm_dequantise(fit.codes), o.gates);
+    if (number(given, "decode", 0) != 0) decode_rates(samples, gm_dequantise(fit.codes));
     if (number(given, "ssim", 0) != 0) {
       fmt::print("ssim {:.4f}\n", ssim_of(samples, gm_dequantise(fit.codes)));
     }

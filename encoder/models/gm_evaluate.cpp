@@ -21,7 +21,7 @@ namespace btfc {
 namespace HWY_NAMESPACE {
 
 // Texels a side that share a list.
-constexpr std::size_t kImageTile = 16;
+constexpr std::size_t kImageTile = 8;
 
 std::size_t padded(std::size_t count) { return (count + kGmPad - 1) / kGmPad * kGmPad; }
 
@@ -123,7 +123,7 @@ void cell_target(const GmField& field, const GmQuery* queries, const std::uint32
     box.middle.slope[n] = 0.5f * (low.directions.slope[n] + high.directions.slope[n]);
     box.half.slope[n] = 0.5f * (high.directions.slope[n] - low.directions.slope[n]);
   }
-  float *upper = room, *gate = room + s, *list = room + 2 * s;
+  float *upper = room, *gate = room + s, *near = room + 2 * s, *list = room + (3 + kGmMaxChannels) * s;
   const std::size_t listed = padded(gm_select_box(field, {field.data.data(), field.stride, field.stride}, box,
                                                   how.reach, upper, list, s, index));
   for (std::size_t i = 0; i < count; ++i) {
@@ -147,9 +147,28 @@ void cell_target(const GmField& field, const GmQuery* queries, const std::uint32
       hn::StoreU(l, d, gate + m);
       most = hn::Max(most, l);
     }
+    // Of a list for the whole cell few components count here: they are drawn together first.
     const float best = hn::GetLane(hn::MaxOfLanes(d, most));
-    if (how.gates > 0) gm_keep_best(listed, how.gates, best, gate);
-    weigh(field.channels, list + GM_OUTPUT * s, s, listed, best, gate,
+    const GmVec least = hn::Set(d, best - how.reach);
+    std::size_t kept = 0;
+    for (std::size_t m = 0; m < listed; m += hn::Lanes(d)) {
+      const GmVec l = hn::LoadU(d, gate + m);
+      const auto mask = hn::Ge(l, least);
+      const std::size_t some = hn::CountTrue(d, mask);
+      if (some == 0) continue;
+      hn::CompressBlendedStore(l, mask, d, near + kept);
+      for (std::size_t c = 0; c < field.channels; ++c) {
+        hn::CompressBlendedStore(hn::LoadU(d, list + (GM_OUTPUT + c) * s + m), mask, d,
+                                 near + (1 + c) * s + kept);
+      }
+      kept += some;
+    }
+    for (std::size_t m = kept; m < padded(kept); ++m) {
+      near[m] = GM_NEVER;
+      for (std::size_t c = 0; c < field.channels; ++c) near[(1 + c) * s + m] = 0;
+    }
+    if (how.gates > 0) gm_keep_best(padded(kept), how.gates, best, near);
+    weigh(field.channels, near + s, s, padded(kept), best, near,
           values + std::size_t{numbers[i]} * field.channels);
   }
 }
@@ -167,7 +186,7 @@ HWY_EXPORT(cell_target);
 namespace {
 
 // Cells of a batch: parts of each of the six inputs, so many a texel cell of this size and an angle's range.
-constexpr std::uint32_t kCellsPerSide = 8, kCellsPerAngle = 4;
+constexpr std::uint32_t kCellsPerSide = 8, kCellsPerAngle = 6;
 
 std::uint32_t part(float value, float low, float high, std::uint32_t parts) {
   const float share = (value - low) / (high - low) * static_cast<float>(parts);
@@ -200,7 +219,7 @@ void gm_evaluate_batch(const GmField& field, std::span<const GmQuery> queries, c
   std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
   for (std::uint32_t q = 0; q < queries.size(); ++q) numbers[next[cell[q]]++] = q;
   const std::size_t s = field.stride + kGmPad;
-  std::vector<float> room((2 + kGmFieldRows) * s);
+  std::vector<float> room((3 + kGmMaxChannels + kGmFieldRows) * s);
   std::vector<std::uint32_t> index(s);
   for (std::uint32_t c = 0; c < kCells; ++c) {
     if (first[c] == first[c + 1]) continue;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "encoder/models/gm_adam.h"
@@ -147,7 +148,8 @@ class Fit {
         begin_rounding();
       }
       if (!falling && step > 0 && step % options_.split_every == 0) split();
-      const bool gather = !falling && options_.split_every - 1 - step % options_.split_every < kGatherSteps;
+      const bool gather = falling ? total - step <= kGatherSteps
+                                  : options_.split_every - 1 - step % options_.split_every < kGatherSteps;
       adam_.scale = options_.rate;
       if (falling) {
         adam_.scale *= 1 - static_cast<float>(step - fall_begin_) / static_cast<float>(total - fall_begin_);
@@ -166,7 +168,6 @@ class Fit {
     out.iterations = step;
     out.samples = seen_all + seen;
     if (options_.progress && seen > 0) report(step, total, now() - begin, squares, listed, seen);
-    out.energy = energy();
     finish(out);
     return out;
   }
@@ -348,6 +349,7 @@ class Fit {
 
   // Fixes the ranges of u8 codes where nearly all numbers lie; the field is rounded from here on.
   void begin_rounding() {
+    for (GmSums& s : sums_) std::fill(s.usage.begin(), s.usage.end(), 0.0f);
     adam_.precision = options_.precision;
     if (options_.precision == GmPrecision::u8) {
       for (std::uint32_t r = 0; r < kGmFieldRows; ++r) {
@@ -362,6 +364,7 @@ class Fit {
     gm_master_field(master_, adam_, field_);
   }
 
+  // Of the last steps: how much of the samples each component holds.
   std::vector<double> energy() const {
     std::vector<double> out(master_.components, 0);
     for (const GmSums& s : sums_) {
@@ -372,7 +375,9 @@ class Fit {
 
   void finish(GmRefined& out) const {
     const GmShape shape{master_.components, samples_.channels, options_.shear};
-    const GmMixture mixture = gm_master_mixture(master_, shape);
+    out.energy = energy();
+    const GmMixture mixture = gm_ordered(gm_master_mixture(master_, shape), out.energy);
+    std::stable_sort(out.energy.begin(), out.energy.end(), std::greater<>());
     std::vector<GmRange> ranges;
     for (std::uint32_t r = 0; r < shape.rows(); ++r) {
       ranges.push_back(adam_.ranges[r >= shape.shear_row() ? GM_SHEAR + (r - shape.shear_row()) : r]);

@@ -38,8 +38,8 @@ struct GmRefinedOptions {
 };
 
 struct GmRefined {
-  GmCodes codes;
-  std::vector<double> energy;    // a component's share of the samples
+  GmCodes codes;                 // components by falling energy
+  std::vector<double> energy;    // a component's share of the samples of the last steps, falling
   std::uint64_t iterations = 0;  // that give the same again
   std::uint64_t samples = 0;     // texels times pairs that were looked at
 };

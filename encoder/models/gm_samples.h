@@ -22,7 +22,7 @@ struct GmSamples {
   std::uint32_t width = 0, height = 0, channels = 0;
   bool wraps = false;
   std::vector<float> values;  // of a code, in the transform of the fit
-  float low = 0, high = 1;  // where what is decoded is cut off: the ends of values
+  float low = 0, high = 1;    // where what is decoded is cut off: the ends of values
   std::vector<GmPairInputs> pairs;
   std::vector<GmPairGroup> groups;
   std::vector<float> mean;  // as a decoder sees it: [pair * channels + channel]; none at first

@@ -451,6 +451,8 @@ TEST(GmRefined, FitsAndIsTheSameForAnyThreads) {
   options.components = 40;
   options.iterations = 400;
   options.split_every = 60;
+  options.growth = 1.5f;
+  options.rate = 2.5f;  // short, and so in long steps
   GmCodes codes[2];
   for (const unsigned threads : {1u, 3u}) {
     run_on_threads(threads, [&] { codes[threads / 2] = gm_fit_refined(samples, options).codes; });
@@ -473,6 +475,7 @@ TEST(GmRefined, AllPrecisionsGatesAndNoShear) {
     GmRefinedOptions options;
     options.components = 24;
     options.iterations = 200;
+    options.rate = 2.5f;
     options.precision = precision;
     options.shear = precision != GmPrecision::f16;
     const GmCodes codes = gm_fit_refined(samples, options).codes;

@@ -1,0 +1,234 @@
+// Expectation maximisation: start, maximisation, iterations.
+#include "encoder/models/gm_em.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+
+#include "encoder/models/gm_random.h"
+
+namespace btfc {
+namespace {
+
+constexpr double kLeastSamples = 5;  // fewer make a component dead
+constexpr double kStartSpread = 0.5;
+
+// Of shares that differ each iteration (Cappé, Moulines 2009): the new one counts (iteration + 1)^-kForget.
+constexpr double kForget = 0.6;
+constexpr std::uint64_t kPhaseStep = 0x9e3779b1;  // odd and far from small fractions
+
+// Moments about the means become those about the origin, or back.
+void move_moments(const GmEmMixture& mixture, double way, GmEmSums& sums) {
+  const std::size_t count = mixture.components;
+  for (std::size_t i = 0; i < sums.first.size(); ++i) {
+    const double shift = way * mixture.mean[i], sum = sums.sum[i % count];
+    sums.second[i] += 2 * shift * sums.first[i] + shift * shift * sum;
+    sums.first[i] += shift * sum;
+  }
+}
+
+// kept = (1 - share) kept + share sums; sums = kept.
+void blend(const GmEmMixture& mixture, GmEmSums& sums, double share, GmEmSums& kept) {
+  move_moments(mixture, 1, sums);
+  if (!kept.sum.empty()) {
+    const auto mix = [&](std::vector<double>& to, const std::vector<double>& from) {
+      for (std::size_t i = 0; i < to.size(); ++i) to[i] = share * to[i] + (1 - share) * from[i];
+    };
+    mix(sums.sum, kept.sum);
+    mix(sums.first, kept.first);
+    mix(sums.second, kept.second);
+  }
+  kept = sums;
+  move_moments(mixture, -1, sums);
+}
+
+double typical_step(const std::vector<Direction>& directions) {
+  double sum = 0;
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    double nearest = 0.5;
+    for (std::size_t j = 0; j < directions.size(); ++j) {
+      if (i != j) nearest = std::min(nearest, angle_between(directions[i], directions[j]));
+    }
+    sum += nearest;
+  }
+  return sum / static_cast<double>(directions.size());
+}
+
+}  // namespace
+
+std::array<double, kGmMostDims> gm_spread_floors(const GmSamples& samples) {
+  const DatasetInfo& info = samples.dataset->info();
+  std::array<double, kGmMostDims> floors{};
+  floors.fill(1.0 / 255);
+  floors[0] = floors[1] = 0.3;
+  floors[2] = floors[3] = std::max(0.01, 0.3 * typical_step(info.views));
+  floors[4] = floors[5] = std::max(0.01, 0.3 * typical_step(info.lights));
+  return floors;
+}
+
+GmMixture gm_em_decoded(const GmEmMixture& mixture) {
+  GmMixture out = gm_make_mixture({mixture.components, mixture.channels, false});
+  const std::size_t count = mixture.components;
+  for (std::size_t m = 0; m < count; ++m) {
+    double height = std::log2(std::max(mixture.weight[m], 1e-300));
+    for (std::uint32_t n = 0; n < kGmInputs; ++n) {
+      const double log_spread = std::log2(mixture.spread[n * count + m]);
+      out.row(kGmMeanRow + n)[m] = static_cast<float>(mixture.mean[n * count + m]);
+      out.row(kGmSpreadRow + n)[m] = static_cast<float>(log_spread);
+      height -= log_spread;
+    }
+    out.row(kGmHeightRow)[m] = static_cast<float>(height);
+    for (std::uint32_t c = 0; c < mixture.channels; ++c) {
+      out.row(kGmOutputRow + c)[m] = static_cast<float>(mixture.mean[(kGmInputs + c) * count + m]);
+    }
+  }
+  return out;
+}
+
+void GmEmSums::clear(std::uint32_t components, std::uint32_t dimensions) {
+  sum.assign(components, 0);
+  first.assign(std::size_t{components} * dimensions, 0);
+  second = first;
+  log_likelihood = 0;
+  samples = listed = 0;
+}
+
+void GmEmSums::add(const GmEmSums& other) {
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += other.sum[i];
+  for (std::size_t i = 0; i < first.size(); ++i) first[i] += other.first[i];
+  for (std::size_t i = 0; i < second.size(); ++i) second[i] += other.second[i];
+  log_likelihood += other.log_likelihood;
+  samples += other.samples;
+  listed += other.listed;
+}
+
+GmEmMixture gm_em_maximise(const GmEmMixture& mixture, const GmEmSums& sums,
+                           const std::array<double, kGmMostDims>& floors) {
+  GmEmMixture out = mixture;
+  const std::size_t count = mixture.components;
+  const double all = std::accumulate(sums.sum.begin(), sums.sum.end(), 0.0);
+  for (std::size_t m = 0; m < count; ++m) {
+    out.weight[m] = sums.sum[m] / all;
+    if (!(sums.sum[m] > 0)) continue;  // nothing moves it
+    for (std::uint32_t n = 0; n < mixture.dimensions(); ++n) {
+      const std::size_t at = n * count + m;
+      const double shift = sums.first[at] / sums.sum[m];
+      out.mean[at] = mixture.mean[at] + shift;
+      const double variance = sums.second[at] / sums.sum[m] - shift * shift;
+      out.spread[at] = std::max(floors[n], std::sqrt(std::max(variance, 0.0)));
+    }
+  }
+  return out;
+}
+
+std::uint32_t gm_em_reseed(GmEmMixture& mixture, const GmEmSums& sums, double least) {
+  const std::size_t count = mixture.components;
+  std::vector<std::uint32_t> heaviest(count);
+  std::iota(heaviest.begin(), heaviest.end(), 0u);
+  std::stable_sort(heaviest.begin(), heaviest.end(),
+                   [&](auto a, auto b) { return sums.sum[a] > sums.sum[b]; });
+  std::uint32_t done = 0;
+  for (std::size_t m = 0; m < count && done < count / 2; ++m) {
+    const std::uint32_t parent = heaviest[done];
+    if (sums.sum[m] >= least || sums.sum[parent] < 2 * least) continue;
+    for (std::uint32_t n = 0; n < mixture.dimensions(); ++n) {
+      mixture.mean[n * count + m] = mixture.mean[n * count + parent];
+      mixture.spread[n * count + m] = mixture.spread[n * count + parent];
+    }
+    // The dimension that is widest beside its domain.
+    const double domain[kGmInputs] = {1, 1, 0.05, 0.05, 0.05, 0.05};
+    std::uint32_t widest = 0;
+    for (std::uint32_t n = 1; n < kGmInputs; ++n) {
+      if (mixture.spread[n * count + m] / domain[n] > mixture.spread[widest * count + m] / domain[widest]) {
+        widest = n;
+      }
+    }
+    const double aside = 0.25 * mixture.spread[widest * count + m];
+    mixture.mean[widest * count + m] += aside;
+    mixture.mean[widest * count + parent] -= aside;
+    mixture.weight[m] = mixture.weight[parent] *= 0.5;
+    ++done;
+  }
+  if (done > 0) {
+    const double all = std::accumulate(mixture.weight.begin(), mixture.weight.end(), 0.0);
+    for (double& w : mixture.weight) w /= all;
+  }
+  return done;
+}
+
+GmEmMixture gm_em_random(const GmSamples& samples, std::uint32_t components, std::uint64_t seed) {
+  GmRandom random(seed);
+  GmEmMixture out;
+  out.components = components;
+  out.channels = samples.channels;
+  out.weight.assign(components, 1.0 / components);
+  out.mean.resize(std::size_t{components} * out.dimensions());
+  out.spread = out.mean;
+  const auto draw = [&](double* s) {
+    const std::uint32_t x = random.below(samples.width), y = random.below(samples.height),
+                        p = random.below(samples.pairs.size());
+    s[0] = x + 0.5;
+    s[1] = y + 0.5;
+    for (std::uint32_t n = 0; n < 4; ++n) s[2 + n] = double{samples.pairs[p].angle[n]};
+    for (std::uint32_t c = 0; c < samples.channels; ++c) {
+      s[kGmInputs + c] =
+          double{samples.value(p, x, y, c)} - double{samples.mean[std::size_t{p} * samples.channels + c]};
+    }
+  };
+  // Deviations of the data, from a few thousand samples.
+  constexpr std::size_t kProbe = 4096;
+  std::array<double, kGmMostDims> sum{}, square{}, s{};
+  for (std::size_t i = 0; i < kProbe; ++i) {
+    draw(s.data());
+    for (std::uint32_t n = 0; n < out.dimensions(); ++n) {
+      sum[n] += s[n];
+      square[n] += s[n] * s[n];
+    }
+  }
+  const auto floors = gm_spread_floors(samples);
+  for (std::uint32_t m = 0; m < components; ++m) {
+    draw(s.data());
+    for (std::uint32_t n = 0; n < out.dimensions(); ++n) {
+      const double middle = sum[n] / kProbe;
+      const double deviation = std::sqrt(std::max(0.0, square[n] / kProbe - middle * middle));
+      out.mean[std::size_t{n} * components + m] = s[n];
+      out.spread[std::size_t{n} * components + m] = std::max(floors[n], kStartSpread * deviation);
+    }
+  }
+  return out;
+}
+
+GmEmFit gm_fit_em(const GmSamples& samples, const GmEmMixture& start, const GmEmOptions& options) {
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  const auto floors = gm_spread_floors(samples);
+  GmEmFit fit;
+  fit.mixture = start;
+  GmEmPass pass;
+  pass.reach = options.reach;
+  pass.every = options.every;
+  GmEmSums kept;  // running means of the shares, in absolute moments
+  while (fit.iterations < options.iterations) {
+    // Shares far apart follow each other: neighbouring ones see nearly the same pairs.
+    pass.phase = static_cast<std::uint32_t>(std::uint64_t{fit.iterations} * kPhaseStep % options.every);
+    GmEmSums sums = gm_em_pass(samples, fit.mixture, pass);
+    const double mean = sums.log_likelihood / static_cast<double>(sums.samples);
+    const double before = fit.log_likelihood.empty() ? -1e300 : fit.log_likelihood.back();
+    fit.log_likelihood.push_back(mean);
+    if (options.every > 1) {
+      const double share = std::max(1.0 / options.every, std::pow(fit.iterations + 1.0, -kForget));
+      blend(fit.mixture, sums, share, kept);
+    }
+    fit.mixture = gm_em_maximise(fit.mixture, sums, floors);
+    fit.reseeded += gm_em_reseed(fit.mixture, sums, kLeastSamples);
+    ++fit.iterations;
+    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    if (options.progress) options.progress(fit.iterations, mean, seconds);
+    if (options.epsilon > 0 && mean - before < options.epsilon) break;
+    if (options.seconds > 0 && seconds >= options.seconds) break;
+  }
+  return fit;
+}
+
+}  // namespace btfc

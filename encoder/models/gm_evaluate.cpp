@@ -1,0 +1,278 @@
+// Images and batches with Highway.
+#include "encoder/models/gm_evaluate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "encoder/models/gm_evaluate.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "encoder/models/gm_kernels-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace btfc {
+namespace HWY_NAMESPACE {
+
+// Texels a side that share a list.
+constexpr std::size_t kImageTile = 8;
+
+std::size_t padded(std::size_t count) { return (count + kGmPad - 1) / kGmPad * kGmPad; }
+
+HWY_INLINE void weigh(std::size_t channels, const float* values, std::size_t stride, std::size_t count,
+                      float most, float* gate, float* out) {
+  float total = 0;
+  if (channels == 1) total = gm_weigh<1>(values, stride, count, most, gate, out);
+  if (channels == 2) total = gm_weigh<2>(values, stride, count, most, gate, out);
+  if (channels == 3) total = gm_weigh<3>(values, stride, count, most, gate, out);
+  if (channels == 4) total = gm_weigh<4>(values, stride, count, most, gate, out);
+  const float inverse = total > 0 ? 1.0f / total : 0.0f;
+  for (std::size_t c = 0; c < channels; ++c) out[c] *= inverse;
+}
+
+// Middle and half width of some numbers.
+HWY_INLINE std::pair<float, float> extent(const float* values, std::size_t count) {
+  const auto [low, high] = std::minmax_element(values, values + count);
+  return {0.5f * (*low + *high), 0.5f * (*high - *low)};
+}
+
+void image_target(const GmField& field, const GmPairInputs& directions, std::span<const float> xs,
+                  std::span<const float> ys, const GmEvaluation& how, std::span<float> values) {
+  const GmLanes d;
+  const std::size_t s = field.stride + kGmPad;
+  std::vector<float> room((4 + kGmFieldRows + kGmPairRows + 1 + 2 * kImageTile + 2) * s);
+  std::vector<std::uint32_t> index(2 * s);
+  float* at = room.data();
+  const auto take = [&](std::size_t rows) {
+    float* out = at;
+    at += rows * s;
+    return out;
+  };
+  float *upper = take(1), *base = take(1), *place_x = take(1), *place_y = take(1), *list = take(kGmFieldRows),
+        *pair = take(kGmPairRows), *way = take(1), *columns = take(kImageTile), *rows = take(kImageTile),
+        *row_base = take(1), *gate = take(1);
+  GmBox box;
+  box.middle = directions;
+  std::tie(box.x, box.half_x) = extent(xs.data(), xs.size());
+  std::tie(box.y, box.half_y) = extent(ys.data(), ys.size());
+  const std::size_t image_count = gm_select_box(field, {field.data.data(), field.stride, field.stride}, box,
+                                                how.reach, upper, list, s, index.data());
+  const GmRows image_list{list, s, padded(image_count)};
+  for (std::size_t y0 = 0; y0 < ys.size(); y0 += kImageTile) {
+    const std::size_t high = std::min(kImageTile, ys.size() - y0);
+    std::tie(box.y, box.half_y) = extent(ys.data() + y0, high);
+    for (std::size_t x0 = 0; x0 < xs.size(); x0 += kImageTile) {
+      const std::size_t wide = std::min(kImageTile, xs.size() - x0);
+      std::tie(box.x, box.half_x) = extent(xs.data() + x0, wide);
+      const std::size_t count = padded(gm_select_pair(field, image_list, box, how.reach, upper, base, place_x,
+                                                      place_y, pair, s, index.data() + s));
+      for (std::size_t i = 0; i < wide; ++i)
+        gm_axis(field, pair, s, count, 0, xs[x0 + i], way, columns + i * s);
+      for (std::size_t j = 0; j < high; ++j) gm_axis(field, pair, s, count, 1, ys[y0 + j], way, rows + j * s);
+      for (std::size_t j = 0; j < high; ++j) {
+        for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
+          hn::StoreU(hn::Sub(hn::LoadU(d, pair + kGmBase * s + m), hn::LoadU(d, rows + j * s + m)), d,
+                     row_base + m);
+        }
+        for (std::size_t i = 0; i < wide; ++i) {
+          const float most = gm_logits(row_base, columns + i * s, count, gate);
+          if (how.gates > 0) gm_keep_best(count, how.gates, most, gate);
+          float* out = values.data() + ((y0 + j) * xs.size() + x0 + i) * field.channels;
+          weigh(field.channels, pair + kGmValue * s, s, count, most, gate, out);
+        }
+      }
+    }
+  }
+}
+
+// Queries of one cell, by number.
+void cell_target(const GmField& field, const GmQuery* queries, const std::uint32_t* numbers,
+                 std::size_t count, const GmEvaluation& how, float* room, std::uint32_t* index,
+                 float* values) {
+  const GmLanes d;
+  const std::size_t s = field.stride + kGmPad;
+  GmQuery low = queries[numbers[0]], high = low;
+  const auto widen = [](float& least, float& most, float v) {
+    least = std::min(least, v);
+    most = std::max(most, v);
+  };
+  for (std::size_t i = 1; i < count; ++i) {
+    const GmQuery& q = queries[numbers[i]];
+    widen(low.x, high.x, q.x);
+    widen(low.y, high.y, q.y);
+    for (std::size_t n = 0; n < 4; ++n) {
+      widen(low.directions.angle[n], high.directions.angle[n], q.directions.angle[n]);
+      widen(low.directions.slope[n], high.directions.slope[n], q.directions.slope[n]);
+    }
+  }
+  GmBox box{0.5f * (low.x + high.x),
+            0.5f * (low.y + high.y),
+            0.5f * (high.x - low.x),
+            0.5f * (high.y - low.y),
+            {},
+            {}};
+  for (std::size_t n = 0; n < 4; ++n) {
+    box.middle.angle[n] = 0.5f * (low.directions.angle[n] + high.directions.angle[n]);
+    box.half.angle[n] = 0.5f * (high.directions.angle[n] - low.directions.angle[n]);
+    box.middle.slope[n] = 0.5f * (low.directions.slope[n] + high.directions.slope[n]);
+    box.half.slope[n] = 0.5f * (high.directions.slope[n] - low.directions.slope[n]);
+  }
+  float *upper = room, *gate = room + s, *near = room + 2 * s, *list = room + (3 + kGmMaxChannels) * s;
+  const std::size_t listed = padded(gm_select_box(field, {field.data.data(), field.stride, field.stride}, box,
+                                                  how.reach, upper, list, s, index));
+  for (std::size_t i = 0; i < count; ++i) {
+    const GmQuery& q = queries[numbers[i]];
+    GmVec most = hn::Set(d, GM_NEVER);
+    for (std::size_t m = 0; m < listed; m += hn::Lanes(d)) {
+      const auto row = [&](std::size_t r) HWY_ATTR { return hn::LoadU(d, list + r * s + m); };
+      const GmVec hv = row(GM_SHEAR), hl = row(GM_SHEAR + 1);
+      GmVec l = row(GM_HEIGHT);
+      for (std::size_t n = 0; n < 2; ++n) {
+        GmVec t = hn::Sub(hn::Set(d, n == 0 ? q.x : q.y), row(n));
+        t = hn::NegMulAdd(hv, hn::Set(d, q.directions.slope[n]), t);
+        t = hn::NegMulAdd(hl, hn::Set(d, q.directions.slope[2 + n]), t);
+        if (field.wraps) t = gm_short(d, t, n == 0 ? field.width : field.height);
+        l = hn::NegMulAdd(row(GM_SCALE + n), hn::Mul(t, t), l);
+      }
+      for (std::size_t n = 0; n < 4; ++n) {
+        const GmVec t = hn::Sub(hn::Set(d, q.directions.angle[n]), row(2 + n));
+        l = hn::NegMulAdd(row(GM_SCALE + 2 + n), hn::Mul(t, t), l);
+      }
+      hn::StoreU(l, d, gate + m);
+      most = hn::Max(most, l);
+    }
+    // Of a list for the whole cell few components count here: they are drawn together first.
+    const float best = hn::GetLane(hn::MaxOfLanes(d, most));
+    const GmVec least = hn::Set(d, best - how.reach);
+    std::size_t kept = 0;
+    for (std::size_t m = 0; m < listed; m += hn::Lanes(d)) {
+      const GmVec l = hn::LoadU(d, gate + m);
+      const auto mask = hn::Ge(l, least);
+      const std::size_t some = hn::CountTrue(d, mask);
+      if (some == 0) continue;
+      hn::CompressBlendedStore(l, mask, d, near + kept);
+      for (std::size_t c = 0; c < field.channels; ++c) {
+        hn::CompressBlendedStore(hn::LoadU(d, list + (GM_OUTPUT + c) * s + m), mask, d,
+                                 near + (1 + c) * s + kept);
+      }
+      kept += some;
+    }
+    for (std::size_t m = kept; m < padded(kept); ++m) {
+      near[m] = GM_NEVER;
+      for (std::size_t c = 0; c < field.channels; ++c) near[(1 + c) * s + m] = 0;
+    }
+    if (how.gates > 0) gm_keep_best(padded(kept), how.gates, best, near);
+    weigh(field.channels, near + s, s, padded(kept), best, near,
+          values + std::size_t{numbers[i]} * field.channels);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace btfc
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace btfc {
+
+HWY_EXPORT(image_target);
+HWY_EXPORT(cell_target);
+
+namespace {
+
+// Cells of a batch: parts of each of the six inputs, so many a texel cell of this size and an angle's range.
+constexpr std::uint32_t kCellsPerSide = 8, kCellsPerAngle = 6;
+
+std::uint32_t part(float value, float low, float high, std::uint32_t parts) {
+  const float share = (value - low) / (high - low) * static_cast<float>(parts);
+  return static_cast<std::uint32_t>(std::clamp(share, 0.0f, static_cast<float>(parts) - 0.5f));
+}
+
+}  // namespace
+
+void gm_evaluate_image(const GmField& field, const GmPairInputs& directions, std::span<const float> xs,
+                       std::span<const float> ys, const GmEvaluation& how, std::span<float> values) {
+  if (xs.empty() || ys.empty()) return;
+  HWY_DYNAMIC_DISPATCH(image_target)(field, directions, xs, ys, how, values);
+}
+
+void gm_evaluate_batch(const GmField& field, std::span<const GmQuery> queries, const GmEvaluation& how,
+                       std::span<float> values) {
+  constexpr std::uint32_t kCells =
+      kCellsPerSide * kCellsPerSide * kCellsPerAngle * kCellsPerAngle * kCellsPerAngle * kCellsPerAngle;
+  std::vector<std::uint32_t> cell(queries.size()), first(kCells + 1, 0), numbers(queries.size());
+  for (std::size_t q = 0; q < queries.size(); ++q) {
+    std::uint32_t c = part(queries[q].x, 0, field.width, kCellsPerSide) * kCellsPerSide +
+                      part(queries[q].y, 0, field.height, kCellsPerSide);
+    for (std::size_t n = 0; n < 4; ++n) {
+      c = c * kCellsPerAngle + part(queries[q].directions.angle[n], -1.5708f, 1.5708f, kCellsPerAngle);
+    }
+    cell[q] = c;
+    ++first[c + 1];
+  }
+  for (std::uint32_t c = 0; c < kCells; ++c) first[c + 1] += first[c];
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (std::uint32_t q = 0; q < queries.size(); ++q) numbers[next[cell[q]]++] = q;
+  const std::size_t s = field.stride + kGmPad;
+  std::vector<float> room((3 + kGmMaxChannels + kGmFieldRows) * s);
+  std::vector<std::uint32_t> index(s);
+  for (std::uint32_t c = 0; c < kCells; ++c) {
+    if (first[c] == first[c + 1]) continue;
+    HWY_DYNAMIC_DISPATCH(cell_target)
+    (field, queries.data(), numbers.data() + first[c], first[c + 1] - first[c], how, room.data(),
+     index.data(), values.data());
+  }
+}
+
+void gm_evaluate_plain(const GmField& field, std::span<const GmQuery> queries, std::uint32_t gates,
+                       std::span<float> values) {
+  std::vector<double> gate(field.components), ranked;
+  const auto number = [&](std::size_t r, std::size_t m) {
+    return static_cast<double>(field.row(static_cast<std::uint32_t>(r))[m]);
+  };
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    const GmQuery& q = queries[i];
+    double most = -1e300;
+    for (std::size_t m = 0; m < field.components; ++m) {
+      double l = number(GM_HEIGHT, m);
+      for (std::size_t n = 0; n < 2; ++n) {
+        double t = static_cast<double>(n == 0 ? q.x : q.y) - number(n, m) -
+                   number(GM_SHEAR, m) * static_cast<double>(q.directions.slope[n]) -
+                   number(GM_SHEAR + 1, m) * static_cast<double>(q.directions.slope[2 + n]);
+        const double period = static_cast<double>(n == 0 ? field.width : field.height);
+        if (field.wraps) t -= period * std::nearbyint(t / period);
+        l -= number(GM_SCALE + n, m) * t * t;
+      }
+      for (std::size_t n = 0; n < 4; ++n) {
+        const double t = static_cast<double>(q.directions.angle[n]) - number(2 + n, m);
+        l -= number(GM_SCALE + 2 + n, m) * t * t;
+      }
+      gate[m] = l;
+      most = std::max(most, l);
+    }
+    double least = -1e300;
+    if (gates > 0 && gates < gate.size()) {
+      ranked = gate;
+      std::nth_element(ranked.begin(), ranked.begin() + (gates - 1), ranked.end(), std::greater<>());
+      least = ranked[gates - 1];
+    }
+    double total = 0, sums[kGmMaxChannels] = {};
+    for (std::size_t m = 0; m < field.components; ++m) {
+      if (gate[m] < least) continue;
+      const double w = std::exp2(gate[m] - most);
+      total += w;
+      for (std::size_t c = 0; c < field.channels; ++c) sums[c] += w * number(GM_OUTPUT + c, m);
+    }
+    for (std::size_t c = 0; c < field.channels; ++c) {
+      values[i * field.channels + c] = static_cast<float>(total > 0 ? sums[c] / total : 0);
+    }
+  }
+}
+
+}  // namespace btfc
+#endif

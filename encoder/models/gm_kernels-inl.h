@@ -1,0 +1,266 @@
+// Culling and gates of a mixture with Highway: a lane is a component. Included once a target.
+//
+// A box of inputs keeps the components whose highest gate within the box is no more than `reach` (in powers
+// of two) below what the best component is sure of everywhere in the box. What is left out then weighs less
+// than components * 2^-reach of the whole, at every input of the box.
+#if defined(BTFC_GM_KERNELS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef BTFC_GM_KERNELS_INL_H
+#undef BTFC_GM_KERNELS_INL_H
+#else
+#define BTFC_GM_KERNELS_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "format/models/gm_field.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace btfc {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using GmLanes = hn::CappedTag<float, kGmPad>;
+using GmVec = hn::Vec<GmLanes>;
+
+// 2^x as btfc_exp2, for x <= 126; fused, so that last places differ from the shared header's.
+HWY_INLINE GmVec gm_exp2(GmLanes d, GmVec x) {
+  const GmVec z = hn::Max(x, hn::Set(d, -126.0f));
+  const GmVec whole = hn::Round(z);
+  const GmVec f = hn::Sub(z, whole);
+  GmVec p = hn::Set(d, 1.535336188319500e-4f);
+  p = hn::MulAdd(p, f, hn::Set(d, 1.339887440266574e-3f));
+  p = hn::MulAdd(p, f, hn::Set(d, 9.618437357674640e-3f));
+  p = hn::MulAdd(p, f, hn::Set(d, 5.550332471162809e-2f));
+  p = hn::MulAdd(p, f, hn::Set(d, 2.402264791363012e-1f));
+  p = hn::MulAdd(p, f, hn::Set(d, 6.931472028550421e-1f));
+  p = hn::MulAdd(p, f, hn::Set(d, 1.0f));
+  const hn::RebindToSigned<GmLanes> di;
+  const auto exponent = hn::ShiftLeft<23>(hn::ConvertTo(di, whole));
+  return hn::BitCast(d, hn::Add(hn::BitCast(di, p), exponent));
+}
+
+// The short way round, |d| <= period / 2.
+HWY_INLINE GmVec gm_short(GmLanes d, GmVec x, float period) {
+  return hn::NegMulAdd(hn::Round(hn::Mul(x, hn::Set(d, 1.0f / period))), hn::Set(d, period), x);
+}
+
+// Arrays of components, row by row, as in GmField.
+struct GmRows {
+  const float* data;
+  std::size_t stride, count;
+  const float* row(std::size_t r) const { return data + r * stride; }
+};
+
+// Copies to `out` (rows of out_stride) the components that may count within the box, and their numbers to
+// index; returns how many. The copy is padded with components of height GM_NEVER to a whole vector. upper has
+// room for rows.count floats.
+HWY_INLINE std::size_t gm_select_box(const GmField& field, const GmRows& rows, const GmBox& box, float reach,
+                                     float* upper, float* out, std::size_t out_stride, std::uint32_t* index) {
+  const GmLanes d;
+  const std::size_t lanes = hn::Lanes(d);
+  GmVec sure = hn::Set(d, GM_NEVER);
+  const GmVec zero = hn::Zero(d);
+  for (std::size_t m = 0; m < rows.count; m += lanes) {
+    const GmVec hv = hn::LoadU(d, rows.row(GM_SHEAR) + m), hl = hn::LoadU(d, rows.row(GM_SHEAR + 1) + m);
+    GmVec high = hn::LoadU(d, rows.row(GM_HEIGHT) + m), low = high;
+    for (std::size_t n = 0; n < 2; ++n) {
+      GmVec t = hn::Sub(hn::Set(d, n == 0 ? box.x : box.y), hn::LoadU(d, rows.row(n) + m));
+      t = hn::NegMulAdd(hv, hn::Set(d, box.middle.slope[n]), t);
+      t = hn::NegMulAdd(hl, hn::Set(d, box.middle.slope[2 + n]), t);
+      if (field.wraps) t = gm_short(d, t, n == 0 ? field.width : field.height);
+      GmVec half = hn::Set(d, n == 0 ? box.half_x : box.half_y);
+      half = hn::MulAdd(hn::Abs(hv), hn::Set(d, box.half.slope[n]), half);
+      half = hn::MulAdd(hn::Abs(hl), hn::Set(d, box.half.slope[2 + n]), half);
+      const GmVec scale = hn::LoadU(d, rows.row(GM_SCALE + n) + m);
+      const GmVec near = hn::Max(hn::Sub(hn::Abs(t), half), zero), far = hn::Add(hn::Abs(t), half);
+      high = hn::NegMulAdd(scale, hn::Mul(near, near), high);
+      low = hn::NegMulAdd(scale, hn::Mul(far, far), low);
+    }
+    for (std::size_t n = 0; n < 4; ++n) {
+      const GmVec t = hn::Abs(hn::Sub(hn::Set(d, box.middle.angle[n]), hn::LoadU(d, rows.row(2 + n) + m)));
+      const GmVec half = hn::Set(d, box.half.angle[n]);
+      const GmVec scale = hn::LoadU(d, rows.row(GM_SCALE + 2 + n) + m);
+      const GmVec near = hn::Max(hn::Sub(t, half), zero), far = hn::Add(t, half);
+      high = hn::NegMulAdd(scale, hn::Mul(near, near), high);
+      low = hn::NegMulAdd(scale, hn::Mul(far, far), low);
+    }
+    hn::StoreU(high, d, upper + m);
+    sure = hn::Max(sure, low);
+  }
+  const GmVec least = hn::Set(d, hn::GetLane(hn::MaxOfLanes(d, sure)) - reach);
+  std::size_t kept = 0;
+  const hn::RebindToUnsigned<GmLanes> du;
+  for (std::size_t m = 0; m < rows.count; m += lanes) {
+    const auto mask = hn::Ge(hn::LoadU(d, upper + m), least);
+    const std::size_t count = hn::CountTrue(d, mask);
+    if (count == 0) continue;
+    for (std::size_t r = 0; r < kGmFieldRows; ++r) {
+      hn::CompressBlendedStore(hn::LoadU(d, rows.row(r) + m), mask, d, out + r * out_stride + kept);
+    }
+    hn::CompressBlendedStore(hn::Iota(du, static_cast<std::uint32_t>(m)), hn::RebindMask(du, mask), du,
+                             index + kept);
+    kept += count;
+  }
+  for (std::size_t m = kept; m < (kept + kGmPad - 1) / kGmPad * kGmPad; ++m) {
+    for (std::size_t r = 0; r < kGmFieldRows; ++r) out[r * out_stride + m] = 0;
+    out[GM_HEIGHT * out_stride + m] = GM_NEVER;
+  }
+  return kept;
+}
+
+// Rows of what is left of a component once the directions are given.
+inline constexpr std::size_t kGmBase = 0;   // height less the angular distance
+inline constexpr std::size_t kGmPlace = 1;  // x, y: mu with the drift
+inline constexpr std::size_t kGmWidth = 3;  // scales of x, y
+inline constexpr std::size_t kGmValue = 5;  // outputs, four
+inline constexpr std::size_t kGmPairRows = 9;
+
+// The same for a rectangle of texels under one pair of directions, and with kGmPairRows rows. index numbers
+// the components of `rows`.
+HWY_INLINE std::size_t gm_select_pair(const GmField& field, const GmRows& rows, const GmBox& box, float reach,
+                                      float* upper, float* base, float* place_x, float* place_y, float* out,
+                                      std::size_t out_stride, std::uint32_t* index) {
+  const GmLanes d;
+  const std::size_t lanes = hn::Lanes(d);
+  GmVec sure = hn::Set(d, GM_NEVER);
+  const GmVec zero = hn::Zero(d);
+  for (std::size_t m = 0; m < rows.count; m += lanes) {
+    const GmVec hv = hn::LoadU(d, rows.row(GM_SHEAR) + m), hl = hn::LoadU(d, rows.row(GM_SHEAR + 1) + m);
+    GmVec high = hn::LoadU(d, rows.row(GM_HEIGHT) + m);
+    for (std::size_t n = 0; n < 4; ++n) {
+      const GmVec t = hn::Sub(hn::Set(d, box.middle.angle[n]), hn::LoadU(d, rows.row(2 + n) + m));
+      high = hn::NegMulAdd(hn::LoadU(d, rows.row(GM_SCALE + 2 + n) + m), hn::Mul(t, t), high);
+    }
+    hn::StoreU(high, d, base + m);
+    GmVec low = high;
+    for (std::size_t n = 0; n < 2; ++n) {
+      GmVec mu = hn::LoadU(d, rows.row(n) + m);
+      mu = hn::MulAdd(hv, hn::Set(d, box.middle.slope[n]), mu);
+      mu = hn::MulAdd(hl, hn::Set(d, box.middle.slope[2 + n]), mu);
+      hn::StoreU(mu, d, (n == 0 ? place_x : place_y) + m);
+      GmVec t = hn::Sub(hn::Set(d, n == 0 ? box.x : box.y), mu);
+      if (field.wraps) t = gm_short(d, t, n == 0 ? field.width : field.height);
+      const GmVec half = hn::Set(d, n == 0 ? box.half_x : box.half_y);
+      const GmVec scale = hn::LoadU(d, rows.row(GM_SCALE + n) + m);
+      const GmVec near = hn::Max(hn::Sub(hn::Abs(t), half), zero), far = hn::Add(hn::Abs(t), half);
+      high = hn::NegMulAdd(scale, hn::Mul(near, near), high);
+      low = hn::NegMulAdd(scale, hn::Mul(far, far), low);
+    }
+    hn::StoreU(high, d, upper + m);
+    sure = hn::Max(sure, low);
+  }
+  const GmVec least = hn::Set(d, hn::GetLane(hn::MaxOfLanes(d, sure)) - reach);
+  std::size_t kept = 0;
+  const hn::RebindToUnsigned<GmLanes> du;
+  for (std::size_t m = 0; m < rows.count; m += lanes) {
+    const auto mask = hn::Ge(hn::LoadU(d, upper + m), least);
+    const std::size_t count = hn::CountTrue(d, mask);
+    if (count == 0) continue;
+    const auto keep = [&](const float* from, std::size_t row) HWY_ATTR {
+      hn::CompressBlendedStore(hn::LoadU(d, from + m), mask, d, out + row * out_stride + kept);
+    };
+    keep(base, kGmBase);
+    keep(place_x, kGmPlace);
+    keep(place_y, kGmPlace + 1);
+    keep(rows.row(GM_SCALE), kGmWidth);
+    keep(rows.row(GM_SCALE + 1), kGmWidth + 1);
+    for (std::size_t c = 0; c < field.channels; ++c) keep(rows.row(GM_OUTPUT + c), kGmValue + c);
+    hn::CompressBlendedStore(hn::Iota(du, static_cast<std::uint32_t>(m)), hn::RebindMask(du, mask), du,
+                             index + kept);
+    kept += count;
+  }
+  for (std::size_t m = kept; m < (kept + kGmPad - 1) / kGmPad * kGmPad; ++m) {
+    for (std::size_t r = 0; r < kGmPairRows; ++r) out[r * out_stride + m] = 0;
+    out[kGmBase * out_stride + m] = GM_NEVER;
+    index[m] = 0;
+  }
+  return kept;
+}
+
+// distance[m] = scale (x - mu)^2 of one column (axis 0) or row (axis 1) of texels, and the way x - mu itself.
+HWY_INLINE void gm_axis(const GmField& field, const float* pair_rows, std::size_t stride, std::size_t count,
+                        std::size_t axis, float position, float* way, float* distance) {
+  const GmLanes d;
+  for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
+    GmVec t = hn::Sub(hn::Set(d, position), hn::LoadU(d, pair_rows + (kGmPlace + axis) * stride + m));
+    if (field.wraps) t = gm_short(d, t, axis == 0 ? field.width : field.height);
+    hn::StoreU(t, d, way + m);
+    hn::StoreU(hn::Mul(hn::Mul(t, t), hn::LoadU(d, pair_rows + (kGmWidth + axis) * stride + m)), d,
+               distance + m);
+  }
+}
+
+// Gates of one texel: logits to `gate`, the highest returned.
+HWY_INLINE float gm_logits(const float* row_base, const float* column_distance, std::size_t count,
+                           float* gate) {
+  const GmLanes d;
+  GmVec most = hn::Set(d, GM_NEVER);
+  for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
+    const GmVec l = hn::Sub(hn::LoadU(d, row_base + m), hn::LoadU(d, column_distance + m));
+    hn::StoreU(l, d, gate + m);
+    most = hn::Max(most, l);
+  }
+  return hn::GetLane(hn::MaxOfLanes(d, most));
+}
+
+// Leaves the `gates` highest logits and takes those below out. Ties with the last one stay.
+HWY_INLINE void gm_keep_best(std::size_t count, std::size_t gates, float most, float* gate) {
+  const GmLanes d;
+  if (count <= gates) return;
+  // Bisection: at least `gates` logits are >= low, fewer are >= high.
+  float low = most - 64.0f, high = most;
+  // Most of the time they lie within 16 of the highest.
+  std::size_t close = 0;
+  for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
+    close += hn::CountTrue(d, hn::Ge(hn::LoadU(d, gate + m), hn::Set(d, most - 16.0f)));
+  }
+  if (close >= gates) low = most - 16.0f;
+  for (int step = 0; step < 24; ++step) {
+    const float middle = 0.5f * (low + high);
+    std::size_t above = 0;
+    for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
+      above += hn::CountTrue(d, hn::Ge(hn::LoadU(d, gate + m), hn::Set(d, middle)));
+    }
+    if (above >= gates) low = middle;
+    if (above <= gates) high = middle;
+    if (above == gates) break;
+  }
+  for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
+    const GmVec l = hn::LoadU(d, gate + m);
+    hn::StoreU(hn::IfThenElse(hn::Ge(l, hn::Set(d, low)), l, hn::Set(d, GM_NEVER)), d, gate + m);
+  }
+}
+
+// Logits -> 2^(l - most), in place; their sum and the weighted outputs (not divided by it).
+template <std::size_t kChannels>
+HWY_INLINE float gm_weigh(const float* values, std::size_t stride, std::size_t count, float most, float* gate,
+                          float* sums) {
+  const GmLanes d;
+  GmVec total = hn::Zero(d), s0 = total, s1 = total, s2 = total, s3 = total;
+  for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
+    const GmVec l = hn::Sub(hn::LoadU(d, gate + m), hn::Set(d, most));
+    // What lies 100 powers below adds nothing, and must not add 2^-126 times M.
+    const GmVec w = hn::IfThenElseZero(hn::Gt(l, hn::Set(d, -100.0f)), gm_exp2(d, l));
+    hn::StoreU(w, d, gate + m);
+    total = hn::Add(total, w);
+    s0 = hn::MulAdd(w, hn::LoadU(d, values + m), s0);
+    if constexpr (kChannels > 1) s1 = hn::MulAdd(w, hn::LoadU(d, values + stride + m), s1);
+    if constexpr (kChannels > 2) s2 = hn::MulAdd(w, hn::LoadU(d, values + 2 * stride + m), s2);
+    if constexpr (kChannels > 3) s3 = hn::MulAdd(w, hn::LoadU(d, values + 3 * stride + m), s3);
+  }
+  sums[0] = hn::GetLane(hn::SumOfLanes(d, s0));
+  if constexpr (kChannels > 1) sums[1] = hn::GetLane(hn::SumOfLanes(d, s1));
+  if constexpr (kChannels > 2) sums[2] = hn::GetLane(hn::SumOfLanes(d, s2));
+  if constexpr (kChannels > 3) sums[3] = hn::GetLane(hn::SumOfLanes(d, s3));
+  return hn::GetLane(hn::SumOfLanes(d, total));
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace btfc
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,52 @@
+// Mixture -> arrays.
+#include "format/models/gm_field.h"
+
+#include <bit>
+
+namespace btfc {
+
+GmField gm_field(const GmMixture& mixture, std::uint32_t width, std::uint32_t height, bool wraps) {
+  GmField field;
+  const GmShape& shape = mixture.shape;
+  field.components = shape.components;
+  field.stride = (shape.components + kGmPad - 1) / kGmPad * kGmPad;
+  field.channels = shape.channels;
+  field.width = static_cast<float>(width);
+  field.height = static_cast<float>(height);
+  field.wraps = wraps;
+  field.data.assign(std::size_t{kGmFieldRows} * field.stride, 0.0f);
+  for (std::uint32_t m = 0; m < field.stride; ++m) field.row(GM_HEIGHT)[m] = GM_NEVER;
+  for (std::uint32_t m = 0; m < shape.components; ++m) {
+    for (std::uint32_t n = 0; n < kGmInputs; ++n) {
+      field.row(n)[m] = mixture.row(kGmMeanRow + n)[m];
+      // log2(e) / (2 sigma^2)
+      field.row(GM_SCALE + n)[m] = 0.72134752f * btfc_exp2(-2.0f * mixture.row(kGmSpreadRow + n)[m]);
+    }
+    field.row(GM_HEIGHT)[m] = mixture.row(kGmHeightRow)[m];
+    for (std::uint32_t c = 0; c < shape.channels; ++c) {
+      field.row(GM_OUTPUT + c)[m] = mixture.row(kGmOutputRow + c)[m];
+    }
+    for (std::uint32_t h = 0; h < 2 && shape.shear; ++h) {
+      field.row(GM_SHEAR + h)[m] = mixture.row(shape.shear_row() + h)[m];
+    }
+  }
+  return field;
+}
+
+std::vector<std::uint32_t> gm_component_words(const GmField& field) {
+  std::vector<std::uint32_t> words(std::size_t{field.components} * GM_STRIDE);
+  for (std::uint32_t m = 0; m < field.components; ++m) {
+    for (std::uint32_t r = 0; r < kGmFieldRows; ++r) {
+      words[std::size_t{m} * GM_STRIDE + r] = std::bit_cast<std::uint32_t>(field.row(r)[m]);
+    }
+  }
+  return words;
+}
+
+GmPairInputs gm_pair_inputs(const vec3& view, const vec3& light) {
+  const GmDirections d = gm_directions(view, light);
+  return {{d.view.x, d.view.y, d.light.x, d.light.y},
+          {d.view_slope.x, d.view_slope.y, d.light_slope.x, d.light_slope.y}};
+}
+
+}  // namespace btfc

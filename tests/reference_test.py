@@ -35,7 +35,7 @@ except ImportError as error:
     MISSING = f"python modules are missing: {error}"
 
 BTFC, SOURCE, DUMP = None, files.ROOT, None
-ENCODED, ENCODED_SETS, MUTATIONS = 30, 12, 460
+ENCODED, ENCODED_SETS, MUTATIONS = 24, 10, 280
 TOLERANCE = 1e-5  # of the largest value
 reference = reference_tables = None  # the modules, once --source is known
 

@@ -20,6 +20,7 @@ inline constexpr std::uint32_t kMeta = four_cc("META");
 inline constexpr std::uint16_t kCritical = 1;
 inline constexpr std::uint16_t kPayload = 2;
 inline constexpr std::uint16_t kSafeToCopy = 4;
+inline constexpr std::uint16_t kPayloadChunk = kCritical | kPayload;
 
 enum class Codec : std::uint16_t { raw = 0, zstd = 1 };
 

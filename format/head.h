@@ -68,6 +68,7 @@ struct Head {
   bool operator==(const Head&) const = default;
 
   std::uint32_t channels() const;
+  std::uint64_t texels() const { return std::uint64_t{width} * height; }
   // Number of the map with that name, or none.
   std::optional<std::uint32_t> find_map(std::string_view name) const;
 };

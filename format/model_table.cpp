@@ -20,9 +20,9 @@ const ModelFormat kModels[] = {
      "spec/models/plm.md", kPlmChunkTypes, kPlmSizeOptions, plm_describe, plm_layout, plm_load},
     {ModelId::pcarf, "pcarf",
      "PCA of each view's images: a mean image and eigenimages a view, weights a pair", "spec/models/pcarf.md",
-     kPcarfChunkTypes, kPcarfSizeOptions, pcarf_describe, pcarf_layout, pcarf_load},
+     kWeightedChunkTypes, kPcarfSizeOptions, pcarf_describe, pcarf_layout, pcarf_load},
     {ModelId::pca, "pca", "PCA of the whole BTF: mean image, eigenimages, weights of each pair of directions",
-     "spec/models/pca.md", kPcaChunkTypes, kPcaSizeOptions, pca_describe, pca_layout, pca_load},
+     "spec/models/pca.md", kWeightedChunkTypes, kPcaSizeOptions, pca_describe, pca_layout, pca_load},
     {ModelId::lpca, "lpca", "local PCA: clusters of texels, each with a mean and eigenvectors over the pairs",
      "spec/models/lpca.md", kLpcaChunkTypes, kLpcaSizeOptions, lpca_describe, lpca_layout, lpca_load},
 };

@@ -111,14 +111,9 @@ Tables local_tables(const RowBlocks& all, const LpcaShape& shape, std::size_t ch
 const std::span<const OptionSpec> kLpcaFitOptions = kOptions;
 
 Result<FitResult> lpca_fit(const FitInput& input, const FitSettings& settings) {
-  const auto clusters = parse_u32(settings.options, "clusters", 1, 65536);
-  if (!clusters) return clusters.error();
-  const auto rank = parse_u32(settings.options, "rank", 0, kLpcaMostRank);
-  if (!rank) return rank.error();
-  const auto precision = parse_precision(settings.options, "precision", Precision::f32);
-  if (!precision) return precision.error();
-  const auto table_precision = parse_precision(settings.options, "table-precision", *precision);
-  if (!table_precision) return table_precision.error();
+  Result<LpcaShape> wanted = lpca_shape_from_options(settings.options);
+  if (!wanted) return wanted.error();
+  LpcaShape& shape = *wanted;
   const auto iterations = parse_u32(settings.options, "iterations", 1, 1000);
   if (!iterations) return iterations.error();
   const DatasetInfo& info = input.dataset->info();
@@ -126,7 +121,6 @@ Result<FitResult> lpca_fit(const FitInput& input, const FitSettings& settings) {
   if (!described) return described.error();
 
   const std::size_t texels = std::size_t{info.width} * info.height, channels = info.channels.size();
-  LpcaShape shape{clusters->value_or(8), rank->value_or(8), *precision, *table_precision};
   shape.clusters = static_cast<std::uint32_t>(std::min<std::size_t>(shape.clusters, texels));
   shape.rank = static_cast<std::uint32_t>(
       std::min({std::size_t{shape.rank}, texels - shape.clusters, info.pairs.size() * channels}));

@@ -38,18 +38,14 @@ struct Settings {
 
 Result<Settings> settings_of(const OptionValues& options) {
   Settings s;
-  const auto lobes = parse_precision(options, "precision", Precision::f32);
-  if (!lobes) return lobes.error();
-  const auto terms = parse_precision(options, "table-precision", Precision::f32);
-  if (!terms) return terms.error();
+  const Result<PlmShape> shape = plm_shape_from_options(options);
+  if (!shape) return shape.error();
   const auto polynomial = parse_choice(options, "polynomial", kPlmPolynomialNames);
   if (!polynomial) return polynomial.error();
-  const auto clusters = parse_u32(options, "clusters", 0, kPlmMostClusters);
-  if (!clusters) return clusters.error();
   const auto steps = parse_u32(options, "iterations", 1, 10000);
   if (!steps) return steps.error();
   if (*polynomial) s.polynomial = static_cast<PlmPolynomial>(**polynomial);
-  s.shape = {*lobes, *terms, s.polynomial != PlmPolynomial::none, clusters->value_or(0)};
+  s.shape = *shape;
   s.steps = steps->value_or(0);
   return s;
 }

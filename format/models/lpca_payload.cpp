@@ -5,7 +5,7 @@
 
 #include "format/limits.h"
 #include "format/row_table.h"
-#include "format/table_options.h"
+#include "format/table_model.h"
 #include "shaders/models/lpca.h"
 
 namespace btfc {
@@ -14,7 +14,6 @@ namespace {
 constexpr std::uint32_t kClus = four_cc("CLUS"), kCmea = four_cc("CMEA"), kCvec = four_cc("CVEC"),
                         kCwgt = four_cc("CWGT");
 constexpr std::uint32_t kChunkTypes[] = {kClus, kCmea, kCvec, kCwgt, kDirs};
-constexpr std::uint16_t kPayloadFlags = kCritical | kPayload;
 constexpr std::uint64_t kParmBytes = 12;
 constexpr std::uint32_t kMostClusters = 65536;
 
@@ -26,22 +25,21 @@ constexpr OptionSpec kOwnOptions[] = {
 };
 constexpr auto kSizeOptions = with_table_options(kOwnOptions);
 
-std::uint64_t texel_count(const Head& head) { return std::uint64_t{head.width} * head.height; }
 std::uint32_t cluster_bytes(const LpcaShape& s) { return s.clusters <= 256 ? 1 : 2; }
 
 CheckedSize index_bytes(const Head& head, const LpcaShape& s) {
-  return align_up(CheckedSize(texel_count(head)) * CheckedSize(cluster_bytes(s)), 2);
+  return align_up(CheckedSize(head.texels()) * CheckedSize(cluster_bytes(s)), 2);
 }
 // Means, or one component's eigenvectors.
 CheckedSize vector_bytes(const Head& head, const LpcaShape& s) {
   return coded_rows_bytes(std::uint64_t{s.clusters} * head.channels(), head.pairs, s.tables);
 }
 CheckedSize weight_bytes(const Head& head, const LpcaShape& s) {
-  return coded_rows_bytes(1, texel_count(head), s.texels);
+  return coded_rows_bytes(1, head.texels(), s.texels);
 }
 
 RowTable texel_rows(const Head& head, const LpcaShape& s) {
-  return {texel_count(head), s.rank, s.texels, LPCA_TEXELS, 1};
+  return {head.texels(), s.rank, s.texels, LPCA_TEXELS, 1};
 }
 RowTable vector_rows(const Head& head, const LpcaShape& s) {
   return {std::uint64_t{s.clusters} * head.pairs, std::uint64_t{s.rank + 1} * head.channels(), s.tables,
@@ -56,13 +54,13 @@ std::uint64_t table_words(const Head& head, const LpcaShape& s) {
 
 std::vector<ChunkSpec> chunks_of(const Head& head, const LpcaShape& s) {
   std::vector<ChunkSpec> chunks = {directions_chunk(head),
-                                   {{kParm, kPayloadFlags}, kParmBytes},
-                                   {{kClus, kPayloadFlags}, index_bytes(head, s).saturated()},
-                                   {{kCmea, kPayloadFlags}, vector_bytes(head, s).saturated()}};
+                                   {{kParm, kPayloadChunk}, kParmBytes},
+                                   {{kClus, kPayloadChunk}, index_bytes(head, s).saturated()},
+                                   {{kCmea, kPayloadChunk}, vector_bytes(head, s).saturated()}};
   for (std::uint32_t k = 1; k <= s.rank; ++k) {
     const auto level = static_cast<std::uint8_t>(k);
-    chunks.push_back({{kCvec, kPayloadFlags, level}, vector_bytes(head, s).saturated()});
-    chunks.push_back({{kCwgt, kPayloadFlags, level}, weight_bytes(head, s).saturated()});
+    chunks.push_back({{kCvec, kPayloadChunk, level}, vector_bytes(head, s).saturated()});
+    chunks.push_back({{kCwgt, kPayloadChunk, level}, weight_bytes(head, s).saturated()});
   }
   return chunks;
 }
@@ -84,7 +82,7 @@ std::optional<Error> cluster_fault(const Head& head, const LpcaShape& s, ByteVie
   const std::size_t bytes = cluster_bytes(s);
   for (std::size_t i = 0; i < raw.size() / bytes; ++i) {
     const std::uint32_t cluster = bytes == 1 ? raw[i] : load_u16(&raw[2 * i]);
-    const bool padding = i >= texel_count(head);
+    const bool padding = i >= head.texels();
     if (padding ? cluster != 0 : cluster >= s.clusters) {
       return invalid("LP4", 0,
                      fmt::format("entry {} of CLUS is {}, expected {}", i, cluster,
@@ -95,18 +93,20 @@ std::optional<Error> cluster_fault(const Head& head, const LpcaShape& s, ByteVie
   return std::nullopt;
 }
 
-Result<CodedRows> read_rows(const ChunkReader& read, std::uint32_t type, std::uint32_t level,
-                            std::uint64_t rows, std::uint64_t columns, Precision precision) {
-  const Result<Bytes> raw = read({type, kPayloadFlags, static_cast<std::uint8_t>(level)});
-  if (!raw) return raw.error();
-  return read_coded_rows(*raw, rows, columns, precision, "LP3",
-                         fmt::format("{} of level {}", type_name(type), level));
-}
-
 }  // namespace
 
 const std::span<const std::uint32_t> kLpcaChunkTypes = kChunkTypes;
 const std::span<const OptionSpec> kLpcaSizeOptions = kSizeOptions;
+
+Result<LpcaShape> lpca_shape_from_options(const OptionValues& options) {
+  const auto clusters = parse_u32(options, "clusters", 1, kMostClusters);
+  if (!clusters) return clusters.error();
+  const auto rank = parse_u32(options, "rank", 0, kLpcaMostRank);
+  if (!rank) return rank.error();
+  const auto precisions = parse_precisions(options);
+  if (!precisions) return precisions.error();
+  return LpcaShape{clusters->value_or(8), rank->value_or(8), precisions->texels, precisions->tables};
+}
 
 Bytes write_lpca_parm(const LpcaShape& s) {
   Bytes parm(kParmBytes);
@@ -150,19 +150,17 @@ std::uint64_t lpca_memory_bits(const Head& head, const LpcaShape& s) {
 }
 
 std::uint64_t lpca_paper_values(const Head& head, const LpcaShape& s) {
-  return texel_count(head) + std::uint64_t{head.channels()} * s.clusters * head.pairs * (s.rank + 1);
+  return head.texels() + std::uint64_t{head.channels()} * s.clusters * head.pairs * (s.rank + 1);
 }
 
 std::vector<RawChunk> lpca_write(const Head& head, const LpcaShape& s, const LpcaPayload& payload) {
-  std::vector<RawChunk> chunks = {{{kHead, kCritical}, write_head(head)},
-                                  {{kDirs, kCritical}, write_directions(payload.directions)},
-                                  {{kParm, kPayloadFlags}, write_lpca_parm(s)},
-                                  {{kClus, kPayloadFlags}, pack_clusters(head, s, payload.cluster)},
-                                  {{kCmea, kPayloadFlags}, write_coded_rows(payload.means)}};
+  std::vector<RawChunk> chunks = table_chunks(head, payload.directions, write_lpca_parm(s));
+  chunks.push_back({{kClus, kPayloadChunk}, pack_clusters(head, s, payload.cluster)});
+  chunks.push_back({{kCmea, kPayloadChunk}, write_coded_rows(payload.means)});
   for (std::uint32_t k = 0; k < s.rank; ++k) {
     const auto level = static_cast<std::uint8_t>(k + 1);
-    chunks.push_back({{kCvec, kPayloadFlags, level}, write_coded_rows(payload.vectors[k])});
-    chunks.push_back({{kCwgt, kPayloadFlags, level}, write_coded_rows(payload.weights[k])});
+    chunks.push_back({{kCvec, kPayloadChunk, level}, write_coded_rows(payload.vectors[k])});
+    chunks.push_back({{kCwgt, kPayloadChunk, level}, write_coded_rows(payload.weights[k])});
   }
   return chunks;
 }
@@ -170,15 +168,9 @@ std::vector<RawChunk> lpca_write(const Head& head, const LpcaShape& s, const Lpc
 Result<ItemDescription> lpca_describe(const OptionValues& options) {
   const Result<Head> head = table_head(ModelId::lpca, options);
   if (!head) return head.error();
-  const auto clusters = parse_u32(options, "clusters", 1, kMostClusters);
-  if (!clusters) return clusters.error();
-  const auto rank = parse_u32(options, "rank", 0, kLpcaMostRank);
-  if (!rank) return rank.error();
-  const auto precision = parse_precision(options, "precision", Precision::f32);
-  if (!precision) return precision.error();
-  const auto tables = parse_precision(options, "table-precision", *precision);
-  if (!tables) return tables.error();
-  const Bytes parm = write_lpca_parm({clusters->value_or(8), rank->value_or(8), *precision, *tables});
+  const Result<LpcaShape> wanted = lpca_shape_from_options(options);
+  if (!wanted) return wanted.error();
+  const Bytes parm = write_lpca_parm(*wanted);
   if (const auto shape = read_lpca_parm(*head, parm); !shape) return as_usage(shape.error());
   return ItemDescription{*head, parm};
 }
@@ -191,10 +183,9 @@ Result<Layout> lpca_layout(const Head& head, ByteView parm) {
   layout.chunks = chunks_of(head, s);
   layout.formula_bits = lpca_formula_bits(head, s);
   layout.memory_bits = lpca_memory_bits(head, s);
-  layout.paper =
-      table_paper("Filip, Haindl 2009 (survey), Table 6, 32 bits a value", head, lpca_paper_values(head, s));
+  layout.paper = survey_count(head, lpca_paper_values(head, s));
   // What Table 7 counts.
-  const PaperCount counted = table_paper("", head, lpca_paper_values(head, s) + s.rank * texel_count(head));
+  const PaperCount counted = survey_count(head, lpca_paper_values(head, s) + s.rank * head.texels());
   layout.paper->counts.push_back({"values_with_weights", counted.counts[0].value});
   layout.paper->counts.push_back({"ratio_with_weights", counted.counts[2].value});
   // Nine pairs, k + 1 vectors; then a multiplication and an addition a component and channel.
@@ -219,14 +210,9 @@ Result<LoadedItem> lpca_load(const Head& head, ByteView parm, const ChunkReader&
   LpcaShape s = *shape;
   s.rank = std::min(s.rank, levels);
   LoadedItem item;
-  item.head = head;
-  const Result<Bytes> dirs = read({kDirs, kCritical});
-  if (!dirs) return dirs.error();
-  Result<Directions> directions = read_directions(head, *dirs);
-  if (!directions) return directions.error();
-  item.directions = *std::move(directions);
-  const DirectionWords at = append_direction_words(item.directions, item.words[0]);
-  const Result<Bytes> clusters = read({kClus, kPayloadFlags});
+  const Result<DirectionWords> at = begin_table_item(head, read, item);
+  if (!at) return at.error();
+  const Result<Bytes> clusters = read({kClus, kPayloadChunk});
   if (!clusters) return clusters.error();
   if (auto fault = cluster_fault(head, s, *clusters)) return *fault;
   const auto cluster_word = static_cast<std::uint32_t>(item.words[0].size());
@@ -238,8 +224,9 @@ Result<LoadedItem> lpca_load(const Head& head, ByteView parm, const ChunkReader&
   const std::uint64_t channels = head.channels(), stride = (s.rank + 1) * channels;
   std::vector<RowScale> scales(s.clusters * stride), weight_scales;
   for (std::uint32_t k = 0; k <= s.rank; ++k) {
-    const Result<CodedRows> rows =
-        read_rows(read, k == 0 ? kCmea : kCvec, k, s.clusters * channels, head.pairs, s.tables);
+    const auto level = static_cast<std::uint8_t>(k);
+    const Result<CodedRows> rows = read_rows(read, {k == 0 ? kCmea : kCvec, kPayloadChunk, level},
+                                             s.clusters * channels, head.pairs, s.tables, "LP3");
     if (!rows) return rows.error();
     for (std::uint64_t r = 0; r < rows->rows; ++r) {
       const std::uint64_t m = r / channels, c = r % channels;
@@ -248,40 +235,38 @@ Result<LoadedItem> lpca_load(const Head& head, ByteView parm, const ChunkReader&
         vector_writer.set(m * head.pairs + pair, k * channels + c, rows->elements[r * head.pairs + pair]);
     }
     if (k == 0) continue;
-    const Result<CodedRows> alpha = read_rows(read, kCwgt, k, 1, texel_count(head), s.texels);
+    const Result<CodedRows> alpha =
+        read_rows(read, {kCwgt, kPayloadChunk, level}, 1, head.texels(), s.texels, "LP3");
     if (!alpha) return alpha.error();
     weight_scales.push_back(alpha->scales[0]);
-    for (std::uint64_t t = 0; t < texel_count(head); ++t) weight_writer.set(t, k - 1, alpha->elements[t]);
+    for (std::uint64_t t = 0; t < head.texels(); ++t) weight_writer.set(t, k - 1, alpha->elements[t]);
   }
   const auto scale_word = static_cast<std::uint32_t>(item.words[0].size());
   append_scales(scales, item.words[0]);
   append_scales(weight_scales, item.words[0]);
 
-  std::uint32_t first_channel = 0;
-  for (const Map& map : head.maps) {
-    const LpcaParams params{head.width,
-                            head.height,
-                            static_cast<uint>(head.wrap_u),
-                            static_cast<uint>(head.wrap_v),
-                            map.channels,
-                            first_channel,
-                            head.channels(),
-                            s.rank,
-                            at.views,
-                            at.lights,
-                            at.pairs,
-                            head.lights,
-                            head.pairs,
-                            scale_word,
-                            static_cast<uint>(scales.size()),
-                            cluster_word,
-                            8 * cluster_bytes(s),
-                            static_cast<uint>(s.texels),
-                            static_cast<uint>(s.tables),
-                            vectors.rows_per_slot()};
-    item.map_params.push_back(params_words(params));
-    first_channel += map.channels;
-  }
+  append_map_params(item, [&](const Map& map, std::uint32_t first_channel) {
+    return LpcaParams{head.width,
+                      head.height,
+                      static_cast<uint>(head.wrap_u),
+                      static_cast<uint>(head.wrap_v),
+                      map.channels,
+                      first_channel,
+                      head.channels(),
+                      s.rank,
+                      at->views,
+                      at->lights,
+                      at->pairs,
+                      head.lights,
+                      head.pairs,
+                      scale_word,
+                      static_cast<uint>(scales.size()),
+                      cluster_word,
+                      8 * cluster_bytes(s),
+                      static_cast<uint>(s.texels),
+                      static_cast<uint>(s.tables),
+                      vectors.rows_per_slot()};
+  });
   return item;
 }
 

@@ -28,6 +28,8 @@ struct LpcaPayload {
   std::vector<CodedRows> vectors, weights;  // rank of each
 };
 
+// --clusters, --rank, --precision, --table-precision.
+Result<LpcaShape> lpca_shape_from_options(const OptionValues& options);
 Bytes write_lpca_parm(const LpcaShape& shape);
 // Rules LP1 and LP2.
 Result<LpcaShape> read_lpca_parm(const Head& head, ByteView parm);

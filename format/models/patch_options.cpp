@@ -8,7 +8,7 @@
 
 #include "format/limits.h"
 #include "format/models/patch_payload.h"
-#include "format/table_options.h"
+#include "format/table_model.h"
 
 namespace btfc {
 namespace {

@@ -18,7 +18,6 @@ constexpr std::uint32_t kSmpl = four_cc("SMPL"), kTrim = four_cc("TRIM"), kCoor 
 constexpr std::uint32_t kChunkTypes[] = {kCoor, kCutH, kCutV, kSmpl, kTrim};
 constexpr std::uint64_t kParmBytes = 32;
 constexpr std::uint32_t kBlockSide = 4, kBlockTexels = 16;
-constexpr std::uint16_t kPayloadFlags = kCritical | kPayload;
 
 unsigned entry_bits(const PatchShape& s) { return s.overlap == 0 ? 0 : ceil_log2(s.overlap); }
 
@@ -57,9 +56,9 @@ std::uint64_t plane_words(const PatchShape& s, const Map& map) {
 
 // PARM and every array that is not empty.
 std::vector<ChunkSpec> payload_chunks(const PatchShape& s, std::span<const Map> maps) {
-  std::vector<ChunkSpec> chunks = {{{kParm, kPayloadFlags}, kParmBytes}};
+  std::vector<ChunkSpec> chunks = {{{kParm, kPayloadChunk}, kParmBytes}};
   const auto add = [&](std::uint32_t type, std::uint8_t part, CheckedSize bytes) {
-    if (bytes.saturated() != 0) chunks.push_back({{type, kPayloadFlags, 0, part}, bytes.saturated()});
+    if (bytes.saturated() != 0) chunks.push_back({{type, kPayloadChunk, 0, part}, bytes.saturated()});
   };
   add(kCoor, 0, coordinate_bytes(s));
   add(kCutV, 0, cut_bytes(s, s.cuts_v()));
@@ -428,7 +427,7 @@ Result<LoadedItem> patch_load(const Head& head, ByteView parm, const ChunkReader
   item.head = head;
   std::vector<bool> blocks;
   if (s.stored_blocks != 0) {
-    const Result<Bytes> raw = read({kTrim, kPayloadFlags});
+    const Result<Bytes> raw = read({kTrim, kPayloadChunk});
     if (!raw) return raw.error();
     Result<std::vector<bool>> unpacked = unpack_blocks(s, *raw);
     if (!unpacked) return unpacked.error();

@@ -5,7 +5,7 @@
 
 #include "format/limits.h"
 #include "format/row_table.h"
-#include "format/table_options.h"
+#include "format/table_model.h"
 #include "shaders/models/plm.h"
 
 namespace btfc {
@@ -13,9 +13,8 @@ namespace {
 
 constexpr std::uint32_t kIndx = four_cc("INDX"), kLobe = four_cc("LOBE"), kPoly = four_cc("POLY");
 constexpr std::uint32_t kChunkTypes[] = {kDirs, kIndx, kLobe, kPoly};
-constexpr std::uint16_t kPayloadFlags = kCritical | kPayload;
 constexpr std::uint64_t kParmBytes = 8;
-constexpr ChunkKey kPolyKey = {kPoly, kPayloadFlags, 1};
+constexpr ChunkKey kPolyKey = {kPoly, kPayloadChunk, 1};
 static_assert(kPlmTerms == BTFC_PLM_TERMS);
 
 constexpr OptionSpec kOwnOptions[] = {
@@ -26,16 +25,14 @@ constexpr OptionSpec kOwnOptions[] = {
 };
 constexpr auto kSizeOptions = with_table_options(kOwnOptions);
 
-std::uint64_t texel_count(const Head& head) { return std::uint64_t{head.width} * head.height; }
-
 // Of one view, for so many channels.
 CheckedSize lobe_bytes(const Head& head, std::uint32_t channels, const PlmShape& s) {
   return coded_rows_bytes(std::uint64_t{kPlmParameters} * channels,
-                          s.clusters > 0 ? s.clusters : texel_count(head), s.lobes);
+                          s.clusters > 0 ? s.clusters : head.texels(), s.lobes);
 }
 CheckedSize index_bytes(const Head& head, std::uint32_t channels, const PlmShape& s) {
   if (s.clusters == 0) return CheckedSize(0);
-  return align_up(CheckedSize(channels) * CheckedSize(texel_count(head)), 2);
+  return align_up(CheckedSize(channels) * CheckedSize(head.texels()), 2);
 }
 CheckedSize term_bytes(const Head& head, std::uint32_t channels, const PlmShape& s) {
   if (!s.polynomials) return CheckedSize(0);
@@ -43,7 +40,7 @@ CheckedSize term_bytes(const Head& head, std::uint32_t channels, const PlmShape&
 }
 
 RowTable texel_rows(const Head& head, const PlmShape& s) {
-  const std::uint64_t rows = head.views * texel_count(head);
+  const std::uint64_t rows = head.views * head.texels();
   if (s.clusters > 0) return {rows, head.channels(), Precision::u8, 1, 3};
   return {rows, std::uint64_t{kPlmParameters} * head.channels(), s.lobes, 1, 3};
 }
@@ -63,20 +60,20 @@ std::uint64_t table_words(const Head& head, const PlmShape& s) {
          element_words(term_elements(head, s), s.terms) + element_words(book_elements(head, s), s.lobes);
 }
 
-ChunkKey view_key(std::uint32_t type, std::uint32_t view) { return {type, kPayloadFlags, 0, 0, view}; }
+ChunkKey view_key(std::uint32_t type, std::uint32_t view) { return {type, kPayloadChunk, 0, 0, view}; }
 
 Result<std::vector<std::uint8_t>> read_entries(const Head& head, const PlmShape& s, const ChunkReader& read,
                                                std::uint32_t view) {
   Result<Bytes> raw = read(view_key(kIndx, view));
   if (!raw) return raw.error();
-  const std::uint64_t count = head.channels() * texel_count(head);
+  const std::uint64_t count = head.channels() * head.texels();
   for (std::uint64_t i = 0; i < raw->size(); ++i) {
     if (i >= count && (*raw)[i] != 0)
       return invalid("PL4", 0, fmt::format("the padding of INDX of view {} is not 0", view));
     if (i < count && (*raw)[i] >= s.clusters) {
       return invalid("PL4", 0,
                      fmt::format("texel {} of INDX of view {} names lobe {}, expected one below {}",
-                                 i % texel_count(head), view, (*raw)[i], s.clusters));
+                                 i % head.texels(), view, (*raw)[i], s.clusters));
     }
   }
   return std::vector<std::uint8_t>(raw->begin(), raw->begin() + static_cast<std::ptrdiff_t>(count));
@@ -86,6 +83,18 @@ Result<std::vector<std::uint8_t>> read_entries(const Head& head, const PlmShape&
 
 const std::span<const std::uint32_t> kPlmChunkTypes = kChunkTypes;
 const std::span<const OptionSpec> kPlmSizeOptions = kSizeOptions;
+
+Result<PlmShape> plm_shape_from_options(const OptionValues& options) {
+  const auto lobes = parse_precision(options, "precision", Precision::f32);
+  if (!lobes) return lobes.error();
+  const auto terms = parse_precision(options, "table-precision", Precision::f32);
+  if (!terms) return terms.error();
+  const auto polynomial = parse_choice(options, "polynomial", kPlmPolynomialNames);
+  if (!polynomial) return polynomial.error();
+  const auto clusters = parse_u32(options, "clusters", 0, kPlmMostClusters);
+  if (!clusters) return clusters.error();
+  return PlmShape{*lobes, *terms, *polynomial != 0u, clusters->value_or(0)};
+}
 
 Bytes write_plm_parm(const PlmShape& s) {
   Bytes parm(kParmBytes);
@@ -133,13 +142,11 @@ std::uint64_t plm_memory_bits(const Head& head, const PlmShape& s) {
 }
 
 std::uint64_t plm_paper_values(const Head& head) {
-  return 5 * head.channels() * (texel_count(head) * head.views + head.pairs);
+  return 5 * head.channels() * (head.texels() * head.views + head.pairs);
 }
 
 std::vector<RawChunk> plm_write(const Head& head, const PlmShape& s, const PlmPayload& payload) {
-  std::vector<RawChunk> chunks = {{{kHead, kCritical}, write_head(head)},
-                                  {{kDirs, kCritical}, write_directions(payload.directions)},
-                                  {{kParm, kPayloadFlags}, write_plm_parm(s)}};
+  std::vector<RawChunk> chunks = table_chunks(head, payload.directions, write_plm_parm(s));
   for (std::uint32_t view = 0; view < head.views; ++view) {
     chunks.push_back({view_key(kLobe, view), write_coded_rows(payload.lobes[view])});
     if (s.clusters == 0) continue;
@@ -154,15 +161,9 @@ std::vector<RawChunk> plm_write(const Head& head, const PlmShape& s, const PlmPa
 Result<ItemDescription> plm_describe(const OptionValues& options) {
   const Result<Head> head = table_head(ModelId::plm, options);
   if (!head) return head.error();
-  const auto lobes = parse_precision(options, "precision", Precision::f32);
-  if (!lobes) return lobes.error();
-  const auto terms = parse_precision(options, "table-precision", Precision::f32);
-  if (!terms) return terms.error();
-  const auto polynomial = parse_choice(options, "polynomial", kPlmPolynomialNames);
-  if (!polynomial) return polynomial.error();
-  const auto clusters = parse_u32(options, "clusters", 0, kPlmMostClusters);
-  if (!clusters) return clusters.error();
-  const Bytes parm = write_plm_parm({*lobes, *terms, polynomial->value_or(1) != 0, clusters->value_or(0)});
+  const Result<PlmShape> wanted = plm_shape_from_options(options);
+  if (!wanted) return wanted.error();
+  const Bytes parm = write_plm_parm(*wanted);
   if (const auto shape = read_plm_parm(*head, parm); !shape) return as_usage(shape.error());
   return ItemDescription{*head, parm};
 }
@@ -173,7 +174,7 @@ Result<Layout> plm_layout(const Head& head, ByteView parm) {
   const PlmShape& s = *shape;
   const std::uint32_t channels = head.channels();
   Layout layout;
-  layout.chunks = {directions_chunk(head), {{kParm, kPayloadFlags}, kParmBytes}};
+  layout.chunks = {directions_chunk(head), {{kParm, kPayloadChunk}, kParmBytes}};
   for (std::uint32_t view = 0; view < head.views; ++view) {
     layout.chunks.push_back({view_key(kLobe, view), lobe_bytes(head, channels, s).value()});
     if (s.clusters > 0)
@@ -183,8 +184,7 @@ Result<Layout> plm_layout(const Head& head, ByteView parm) {
   layout.formula_bits = plm_formula_bits(head, s);
   layout.memory_bits = plm_memory_bits(head, s);
   // The survey's count is that of lobes a texel with polynomials, whatever this file has.
-  layout.paper =
-      table_paper("Filip, Haindl 2009 (survey), Table 6, 32 bits a value", head, plm_paper_values(head));
+  layout.paper = survey_count(head, plm_paper_values(head));
   // Three views: a scalar product of 5, the exponent, rho, and Horner's 9; the two elementary functions count
   // as their polynomials, 33.
   const std::uint64_t views = std::uint64_t{3} * channels;
@@ -209,26 +209,19 @@ Result<LoadedItem> plm_load(const Head& head, ByteView parm, const ChunkReader& 
   PlmShape s = *shape;
   s.polynomials = s.polynomials && levels > 0;
   LoadedItem item;
-  item.head = head;
-  const Result<Bytes> dirs = read({kDirs, kCritical});
-  if (!dirs) return dirs.error();
-  Result<Directions> directions = read_directions(head, *dirs);
-  if (!directions) return directions.error();
-  item.directions = *std::move(directions);
-  const DirectionWords at = append_direction_words(item.directions, item.words[0]);
+  const Result<DirectionWords> at = begin_table_item(head, read, item);
+  if (!at) return at.error();
 
-  const std::uint64_t texels = texel_count(head), channels = head.channels();
+  const std::uint64_t texels = head.texels(), channels = head.channels();
   const std::uint64_t lobe_rows = kPlmParameters * channels, term_rows = kPlmTerms * channels;
   const RowTable table = texel_rows(head, s);
   RowTableWriter rows(table, item);
   std::vector<RowScale> lobe_scales;
   std::vector<std::uint32_t> book;  // elements, view by view, entry by entry
   for (std::uint32_t view = 0; view < head.views; ++view) {
-    const Result<Bytes> raw = read(view_key(kLobe, view));
-    if (!raw) return raw.error();
     const std::uint64_t columns = s.clusters > 0 ? s.clusters : texels;
     const Result<CodedRows> lobes =
-        read_coded_rows(*raw, lobe_rows, columns, s.lobes, "PL3", fmt::format("LOBE of view {}", view));
+        read_rows(read, view_key(kLobe, view), lobe_rows, columns, s.lobes, "PL3");
     if (!lobes) return lobes.error();
     lobe_scales.insert(lobe_scales.end(), lobes->scales.begin(), lobes->scales.end());
     if (s.clusters == 0) {
@@ -253,9 +246,7 @@ Result<LoadedItem> plm_load(const Head& head, ByteView parm, const ChunkReader& 
   const auto term_scale_word = static_cast<std::uint32_t>(item.words[0].size());
   std::uint32_t term_word = term_scale_word;
   if (s.polynomials) {
-    const Result<Bytes> raw = read(kPolyKey);
-    if (!raw) return raw.error();
-    const Result<CodedRows> terms = read_coded_rows(*raw, term_rows, head.pairs, s.terms, "PL3", "POLY");
+    const Result<CodedRows> terms = read_rows(read, kPolyKey, term_rows, head.pairs, s.terms, "PL3");
     if (!terms) return terms.error();
     append_scales(terms->scales, item.words[0]);
     ElementWriter writer(item.words[0], term_elements(head, s), s.terms);
@@ -268,31 +259,28 @@ Result<LoadedItem> plm_load(const Head& head, ByteView parm, const ChunkReader& 
   ElementWriter writer(item.words[0], book.size(), s.lobes);
   for (std::uint64_t i = 0; i < book.size(); ++i) writer.set(i, book[i]);
 
-  std::uint32_t first_channel = 0;
-  for (const Map& map : head.maps) {
-    const PlmParams params{head.width,
-                           head.height,
-                           static_cast<uint>(head.wrap_u),
-                           static_cast<uint>(head.wrap_v),
-                           map.channels,
-                           first_channel,
-                           head.channels(),
-                           s.clusters,
-                           s.polynomials ? 1u : 0u,
-                           at.views,
-                           at.lights,
-                           at.pairs,
-                           head.lights,
-                           lobe_scale_word,
-                           term_scale_word,
-                           term_word,
-                           writer.first_word(),
-                           static_cast<uint>(s.lobes),
-                           static_cast<uint>(s.terms),
-                           table.rows_per_slot()};
-    item.map_params.push_back(params_words(params));
-    first_channel += map.channels;
-  }
+  append_map_params(item, [&](const Map& map, std::uint32_t first_channel) {
+    return PlmParams{head.width,
+                     head.height,
+                     static_cast<uint>(head.wrap_u),
+                     static_cast<uint>(head.wrap_v),
+                     map.channels,
+                     first_channel,
+                     head.channels(),
+                     s.clusters,
+                     s.polynomials ? 1u : 0u,
+                     at->views,
+                     at->lights,
+                     at->pairs,
+                     head.lights,
+                     lobe_scale_word,
+                     term_scale_word,
+                     term_word,
+                     writer.first_word(),
+                     static_cast<uint>(s.lobes),
+                     static_cast<uint>(s.terms),
+                     table.rows_per_slot()};
+  });
   return item;
 }
 

@@ -35,6 +35,8 @@ struct PlmPayload {
   CodedRows terms;
 };
 
+// --precision, --table-precision, --polynomial, --clusters.
+Result<PlmShape> plm_shape_from_options(const OptionValues& options);
 Bytes write_plm_parm(const PlmShape& shape);
 // Rules PL1 and PL2.
 Result<PlmShape> read_plm_parm(const Head& head, ByteView parm);

@@ -5,7 +5,7 @@
 
 #include "format/limits.h"
 #include "format/row_table.h"
-#include "format/table_options.h"
+#include "format/table_model.h"
 #include "shaders/models/ptm.h"
 
 namespace btfc {
@@ -13,7 +13,6 @@ namespace {
 
 constexpr std::uint32_t kCoef = four_cc("COEF");
 constexpr std::uint32_t kChunkTypes[] = {kCoef, kDirs};
-constexpr std::uint16_t kPayloadFlags = kCritical | kPayload;
 constexpr std::uint64_t kParmBytes = 4;
 
 constexpr OptionSpec kOwnOptions[] = {
@@ -21,16 +20,14 @@ constexpr OptionSpec kOwnOptions[] = {
 };
 constexpr auto kSizeOptions = with_table_options(kOwnOptions);
 
-std::uint64_t texel_count(const Head& head) { return std::uint64_t{head.width} * head.height; }
-
 // Of one view, for so many channels.
 CheckedSize level_bytes(const Head& head, std::uint32_t channels, const PtmShape& s, std::uint32_t level) {
   const std::uint64_t terms = kPtmFirstTerm[level + 1] - kPtmFirstTerm[level];
-  return coded_rows_bytes(terms * channels, texel_count(head), s.precision);
+  return coded_rows_bytes(terms * channels, head.texels(), s.precision);
 }
 
 RowTable coefficient_rows(const Head& head, const PtmShape& s, std::uint32_t terms) {
-  return {head.views * texel_count(head), std::uint64_t{terms} * head.channels(), s.precision, 1, 3};
+  return {head.views * head.texels(), std::uint64_t{terms} * head.channels(), s.precision, 1, 3};
 }
 
 // Words of slot 0.
@@ -39,7 +36,7 @@ std::uint64_t table_words(const Head& head) {
 }
 
 ChunkKey level_key(std::uint32_t view, std::uint32_t level) {
-  return {kCoef, kPayloadFlags, static_cast<std::uint8_t>(level), 0, view};
+  return {kCoef, kPayloadChunk, static_cast<std::uint8_t>(level), 0, view};
 }
 
 }  // namespace
@@ -79,14 +76,10 @@ std::uint64_t ptm_memory_bits(const Head& head, const PtmShape& s) {
   return 32 * (table_words(head) + coefficient_rows(head, s, kPtmTerms).words());
 }
 
-std::uint64_t ptm_paper_values(const Head& head) {
-  return 6 * head.channels() * texel_count(head) * head.views;
-}
+std::uint64_t ptm_paper_values(const Head& head) { return 6 * head.channels() * head.texels() * head.views; }
 
 std::vector<RawChunk> ptm_write(const Head& head, const PtmShape& s, const PtmPayload& payload) {
-  std::vector<RawChunk> chunks = {{{kHead, kCritical}, write_head(head)},
-                                  {{kDirs, kCritical}, write_directions(payload.directions)},
-                                  {{kParm, kPayloadFlags}, write_ptm_parm(s)}};
+  std::vector<RawChunk> chunks = table_chunks(head, payload.directions, write_ptm_parm(s));
   for (std::uint32_t level = 0; level < kPtmLevels; ++level) {
     for (std::uint32_t view = 0; view < head.views; ++view)
       chunks.push_back({level_key(view, level), write_coded_rows(payload.views[view][level])});
@@ -98,11 +91,9 @@ Result<PtmView> read_ptm_view(const Head& head, const PtmShape& s, const ChunkRe
                               std::uint32_t view, std::uint32_t levels) {
   PtmView coded;
   for (std::uint32_t level = 0; level < levels; ++level) {
-    const Result<Bytes> raw = read(level_key(view, level));
-    if (!raw) return raw.error();
     const std::uint64_t terms = kPtmFirstTerm[level + 1] - kPtmFirstTerm[level];
-    Result<CodedRows> rows = read_coded_rows(*raw, terms * head.channels(), texel_count(head), s.precision,
-                                             "PT3", fmt::format("COEF of level {} and view {}", level, view));
+    Result<CodedRows> rows =
+        read_rows(read, level_key(view, level), terms * head.channels(), head.texels(), s.precision, "PT3");
     if (!rows) return rows.error();
     coded[level] = *std::move(rows);
   }
@@ -124,7 +115,7 @@ Result<Layout> ptm_layout(const Head& head, ByteView parm) {
   if (!shape) return shape.error();
   const PtmShape& s = *shape;
   Layout layout;
-  layout.chunks = {directions_chunk(head), {{kParm, kPayloadFlags}, kParmBytes}};
+  layout.chunks = {directions_chunk(head), {{kParm, kPayloadChunk}, kParmBytes}};
   for (std::uint32_t level = 0; level < kPtmLevels; ++level) {
     const std::uint64_t bytes = level_bytes(head, head.channels(), s, level).value();
     for (std::uint32_t view = 0; view < head.views; ++view)
@@ -132,8 +123,7 @@ Result<Layout> ptm_layout(const Head& head, ByteView parm) {
   }
   layout.formula_bits = ptm_formula_bits(head, s);
   layout.memory_bits = ptm_memory_bits(head, s);
-  layout.paper =
-      table_paper("Filip, Haindl 2009 (survey), Table 6, 32 bits a value", head, ptm_paper_values(head));
+  layout.paper = survey_count(head, ptm_paper_values(head));
   // Three views of six terms: a multiplication and an addition each.
   const std::uint64_t terms = std::uint64_t{3} * kPtmTerms * head.channels();
   layout.cost = TexelCost{2 * terms, terms};
@@ -152,18 +142,13 @@ Result<LoadedItem> ptm_load(const Head& head, ByteView parm, const ChunkReader& 
   if (!shape) return shape.error();
   const std::uint32_t held = std::min(levels, kPtmLevels - 1) + 1, terms = kPtmFirstTerm[held];
   LoadedItem item;
-  item.head = head;
-  const Result<Bytes> dirs = read({kDirs, kCritical});
-  if (!dirs) return dirs.error();
-  Result<Directions> directions = read_directions(head, *dirs);
-  if (!directions) return directions.error();
-  item.directions = *std::move(directions);
-  const DirectionWords at = append_direction_words(item.directions, item.words[0]);
+  const Result<DirectionWords> at = begin_table_item(head, read, item);
+  if (!at) return at.error();
 
   const RowTable table = coefficient_rows(head, *shape, terms);
   RowTableWriter rows(table, item);
   const auto scale_word = static_cast<std::uint32_t>(item.words[0].size());
-  const std::uint64_t texels = texel_count(head), channels = head.channels();
+  const std::uint64_t texels = head.texels(), channels = head.channels();
   for (std::uint32_t view = 0; view < head.views; ++view) {
     const Result<PtmView> coded = read_ptm_view(head, *shape, read, view, held);
     if (!coded) return coded.error();
@@ -177,23 +162,20 @@ Result<LoadedItem> ptm_load(const Head& head, ByteView parm, const ChunkReader& 
     }
   }
 
-  std::uint32_t first_channel = 0;
-  for (const Map& map : head.maps) {
-    const PtmParams params{head.width,
-                           head.height,
-                           static_cast<uint>(head.wrap_u),
-                           static_cast<uint>(head.wrap_v),
-                           map.channels,
-                           first_channel,
-                           head.channels(),
-                           terms,
-                           at.views,
-                           scale_word,
-                           static_cast<uint>(shape->precision),
-                           table.rows_per_slot()};
-    item.map_params.push_back(params_words(params));
-    first_channel += map.channels;
-  }
+  append_map_params(item, [&](const Map& map, std::uint32_t first_channel) {
+    return PtmParams{head.width,
+                     head.height,
+                     static_cast<uint>(head.wrap_u),
+                     static_cast<uint>(head.wrap_v),
+                     map.channels,
+                     first_channel,
+                     head.channels(),
+                     terms,
+                     at->views,
+                     scale_word,
+                     static_cast<uint>(shape->precision),
+                     table.rows_per_slot()};
+  });
   return item;
 }
 

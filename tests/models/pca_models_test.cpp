@@ -107,28 +107,19 @@ void check_sizes(const char* model) {
 
   std::vector<RawChunk> chunks;
   std::uint64_t formula = 0, memory = 0;
-  if (std::string(model) == "pca") {
-    const PcaShape shape{rank, texels, tables};
-    PcaPayload p{d, rows(s, n, texels), {}, {}};
-    for (std::uint32_t k = 0; k < rank; ++k) {
-      p.images.push_back(rows(s, n, texels));
-      p.weights.push_back(rows(1, head.pairs, tables));
-    }
-    chunks = pca_write(head, shape, p);
-    formula = pca_formula_bits(head, shape);
-    memory = pca_memory_bits(head, shape);
-  } else if (std::string(model) == "pcarf") {
-    const PcarfShape shape{rank, texels, tables};
-    PcarfPayload p{d, {}, {}, {}};
-    for (std::uint32_t v = 0; v < head.views; ++v) p.means.push_back(rows(s, n, texels));
+  if (std::string(model) != "lpca") {
+    const WeightedModel& kind = std::string(model) == "pca" ? kPcaModel : kPcarfModel;
+    const WeightedShape shape{rank, texels, tables};
+    WeightedImages p{d, {}, {}, {}};
+    for (std::uint32_t v = 0; v < kind.sets(head); ++v) p.means.push_back(rows(s, n, texels));
     for (std::uint32_t k = 0; k < rank; ++k) {
       p.images.emplace_back();
-      for (std::uint32_t v = 0; v < head.views; ++v) p.images.back().push_back(rows(s, n, texels));
+      for (std::uint32_t v = 0; v < kind.sets(head); ++v) p.images.back().push_back(rows(s, n, texels));
       p.weights.push_back(rows(1, head.pairs, tables));
     }
-    chunks = pcarf_write(head, shape, p);
-    formula = pcarf_formula_bits(head, shape);
-    memory = pcarf_memory_bits(head, shape);
+    chunks = weighted_write(kind, head, shape, p);
+    formula = weighted_formula_bits(kind, head, shape);
+    memory = weighted_memory_bits(kind, head, shape);
   } else {
     const LpcaShape shape{clusters, rank, texels, tables};
     LpcaPayload p{d, {}, rows(clusters * s, head.pairs, tables), {}, {}};

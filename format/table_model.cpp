@@ -1,5 +1,5 @@
-// Options -> HEAD for the models of a BTF's directions.
-#include "format/table_options.h"
+// Options -> HEAD, and the begin of chunks and words, for the models of a BTF's directions.
+#include "format/table_model.h"
 
 #include <fmt/format.h>
 
@@ -50,13 +50,45 @@ Result<Done> check_table_head(const Head& head) {
   return Done{};
 }
 
-PaperCount table_paper(const char* name, const Head& head, std::uint64_t values) {
-  const std::uint64_t tile = std::uint64_t{head.channels()} * head.width * head.height * head.pairs;
-  return {name,
+PaperCount survey_count(const Head& head, std::uint64_t values) {
+  const std::uint64_t tile = std::uint64_t{head.channels()} * head.texels() * head.pairs;
+  return {"Filip, Haindl 2009 (survey), Table 6, 32 bits a value",
           32 * values,
           {{"values", std::to_string(values)},
            {"tile_values", std::to_string(tile)},
            {"ratio", fmt::format("{:.6g}", static_cast<double>(tile) / static_cast<double>(values))}}};
+}
+
+Result<TablePrecisions> parse_precisions(const OptionValues& options) {
+  const auto texels = parse_precision(options, "precision", Precision::f32);
+  if (!texels) return texels.error();
+  const auto tables = parse_precision(options, "table-precision", *texels);
+  if (!tables) return tables.error();
+  return TablePrecisions{*texels, *tables};
+}
+
+std::vector<RawChunk> table_chunks(const Head& head, const Directions& directions, Bytes parm) {
+  return {{{kHead, kCritical}, write_head(head)},
+          {{kDirs, kCritical}, write_directions(directions)},
+          {{kParm, kPayloadChunk}, std::move(parm)}};
+}
+
+Result<DirectionWords> begin_table_item(const Head& head, const ChunkReader& read, LoadedItem& item) {
+  item.head = head;
+  const Result<Bytes> raw = read({kDirs, kCritical});
+  if (!raw) return raw.error();
+  Result<Directions> directions = read_directions(head, *raw);
+  if (!directions) return directions.error();
+  item.directions = *std::move(directions);
+  return append_direction_words(item.directions, item.words[0]);
+}
+
+Result<CodedRows> read_rows(const ChunkReader& read, const ChunkKey& key, std::uint64_t rows,
+                            std::uint64_t columns, Precision precision, const char* rule) {
+  const Result<Bytes> raw = read(key);
+  if (!raw) return raw.error();
+  return read_coded_rows(*raw, rows, columns, precision, rule,
+                         fmt::format("{} of level {}, tile {}", type_name(key.type), key.level, key.tile));
 }
 
 Error as_usage(Error error) {

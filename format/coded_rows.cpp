@@ -27,15 +27,15 @@ std::uint32_t half_of(float value) {
   return btfc_float_to_half(std::clamp(value, -kLargestHalf, kLargestHalf));
 }
 
-// Rows of u8: the scale, then the codes.
-void code_u8(std::span<const float> values, RowScale& scale, std::uint32_t* codes) {
-  const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  scale.offset = std::max(*least, -kLargest / 2);
-  scale.step = static_cast<float>((std::min<double>(*most, kLargest / 2) - scale.offset) / 255);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const double code = scale.step > 0 ? (static_cast<double>(values[i]) - scale.offset) / scale.step : 0;
-    codes[i] = static_cast<std::uint32_t>(std::clamp(std::lround(code), 0L, 255L));
-  }
+std::uint32_t u8_of(float value, const RowScale& scale) {
+  const double code = scale.step > 0 ? (static_cast<double>(value) - scale.offset) / scale.step : 0;
+  return static_cast<std::uint32_t>(std::lround(std::clamp(code, 0.0, 255.0)));
+}
+
+std::uint32_t element_for(float value, Precision precision, const RowScale& scale) {
+  if (precision == Precision::f32)
+    return std::bit_cast<std::uint32_t>(std::clamp(value, -kLargest, kLargest));
+  return precision == Precision::f16 ? half_of(value) : u8_of(value, scale);
 }
 
 }  // namespace
@@ -62,21 +62,28 @@ float CodedRows::value(std::uint64_t row, std::uint64_t column) const {
   return scales[row].offset + scales[row].step * element(row, column);
 }
 
+RowScale scale_between(float least, float most) {
+  const float offset = std::clamp(least, -kLargest / 2, kLargest / 2);
+  const float end = std::clamp(most, -kLargest / 2, kLargest / 2);
+  return {offset, static_cast<float>((static_cast<double>(end) - offset) / 255)};
+}
+
+float rounded(float value, Precision precision, const RowScale& scale) {
+  const float element = element_of(precision, element_for(value, precision, scale));
+  return precision == Precision::u8 ? scale.offset + scale.step * element : element;
+}
+
 CodedRows code_rows(std::span<const float> values, std::uint64_t rows, std::uint64_t columns,
-                    Precision precision) {
-  CodedRows coded{precision, rows, columns, std::vector<RowScale>(rows),
-                  std::vector<std::uint32_t>(values.size())};
+                    Precision precision, std::span<const RowScale> scales) {
+  CodedRows coded{precision, rows, columns, std::vector<RowScale>(rows), {}};
+  coded.elements.reserve(values.size());
   for (std::uint64_t r = 0; r < rows; ++r) {
     const auto row = values.subspan(r * columns, columns);
-    std::uint32_t* to = coded.elements.data() + r * columns;
     if (precision == Precision::u8) {
-      code_u8(row, coded.scales[r], to);
-    } else {
-      std::transform(row.begin(), row.end(), to, [&](float v) {
-        return precision == Precision::f32 ? std::bit_cast<std::uint32_t>(std::clamp(v, -kLargest, kLargest))
-                                           : half_of(v);
-      });
+      const auto [least, most] = std::minmax_element(row.begin(), row.end());
+      coded.scales[r] = scales.empty() ? scale_between(*least, *most) : scales[r];
     }
+    for (const float v : row) coded.elements.push_back(element_for(v, precision, coded.scales[r]));
   }
   return coded;
 }

@@ -28,7 +28,12 @@ CheckedSize coded_rows_bytes(std::uint64_t rows, std::uint64_t columns, Precisio
 
 struct RowScale {
   float offset = 0, step = 1;  // value = offset + step * element
+  bool operator==(const RowScale&) const = default;
 };
+// Codes 0 … 255 between two values, which are clamped to +-2^31; a step of 0 where they are the same.
+RowScale scale_between(float least, float most);
+// What a value becomes once stored: the nearest element's value. scale is used by u8 only.
+float rounded(float value, Precision precision, const RowScale& scale);
 
 struct CodedRows {
   Precision precision = Precision::f32;
@@ -37,14 +42,15 @@ struct CodedRows {
   std::vector<std::uint32_t>
       elements;  // rows x columns: bits of binary32, bits of binary16, or codes 0 … 255
 
+  bool operator==(const CodedRows&) const = default;
   float element(std::uint64_t row, std::uint64_t column) const;
   float value(std::uint64_t row, std::uint64_t column) const;
 };
 
-// rows x columns finite values -> the nearest elements; values beyond 2^31 (f16: 65504) are clamped. u8:
-// offset is the row's least value, step a 255th of its range.
+// rows x columns finite values -> the nearest elements; values beyond 2^31 (f16: 65504) are clamped. u8: by
+// the scales given, one a row, or between each row's least and most value.
 CodedRows code_rows(std::span<const float> values, std::uint64_t rows, std::uint64_t columns,
-                    Precision precision);
+                    Precision precision, std::span<const RowScale> scales = {});
 
 Bytes write_coded_rows(const CodedRows& coded);
 // raw has the size of coded_rows_bytes. Refused under `rule`: elements and values that are not

@@ -225,7 +225,7 @@ int main(int argc, char** argv) {
     if (number(given, "bytes", 0) > 0) {
       // What is left for u8 components beside the mean, the ranges and a head of at most 256 bytes.
       const GmShape shape{0, samples.channels, o.shear};
-      const GmPayload empty{{shape, GmPrecision::u8, {}, {}}, mean};
+      const GmPayload empty{{shape, {Precision::u8, shape.rows(), 0, {}, {}}}, mean};
       const double left = number(given, "bytes", 0) - 256 - static_cast<double>(gm_formula_bits(empty)) / 8;
       o.components = static_cast<std::uint32_t>(left / shape.rows());
     }
@@ -233,7 +233,7 @@ int main(int argc, char** argv) {
     o.seconds = number(given, "seconds", 30);
     o.gates = static_cast<std::uint32_t>(number(given, "gates", 0));
     o.shear = number(given, "shear", 1) != 0;
-    o.precision = static_cast<GmPrecision>(static_cast<int>(number(given, "precision", 2)));
+    o.precision = static_cast<Precision>(static_cast<int>(number(given, "precision", 2)));
     o.rate = static_cast<float>(number(given, "rate", 1));
     o.visits = static_cast<std::uint32_t>(number(given, "visits", o.visits));
     o.pairs_per_visit = static_cast<std::uint32_t>(number(given, "pairs", o.pairs_per_visit));

@@ -16,13 +16,13 @@ namespace HWY_NAMESPACE {
 
 constexpr float kBeta1 = 0.9f, kBeta2 = 0.999f, kEpsilon = 1e-10f;
 
-// As gm_rounded in vectors; f16 is done apart.
-HWY_INLINE GmVec rounded_u8(GmLanes d, GmVec v, const GmRange& range) {
-  if (!(range.high > range.low)) return hn::Set(d, range.low);
-  const GmVec scaled =
-      hn::Mul(hn::Sub(v, hn::Set(d, range.low)), hn::Set(d, 255.0f / (range.high - range.low)));
-  const GmVec code = hn::Round(hn::Min(hn::Max(scaled, hn::Zero(d)), hn::Set(d, 255.0f)));
-  return hn::Add(hn::Set(d, range.low), hn::Mul(code, hn::Set(d, (range.high - range.low) / 255.0f)));
+// As rounded() in vectors, but for ties; f16 is done apart.
+HWY_INLINE GmVec rounded_u8(GmLanes d, GmVec v, const RowScale& scale) {
+  const GmVec offset = hn::Set(d, scale.offset);
+  if (!(scale.step > 0)) return offset;
+  const GmVec element = hn::Mul(hn::Sub(v, offset), hn::Set(d, 1.0f / scale.step));
+  const GmVec code = hn::Round(hn::Min(hn::Max(element, hn::Zero(d)), hn::Set(d, 255.0f)));
+  return hn::Add(offset, hn::Mul(code, hn::Set(d, scale.step)));
 }
 
 void to_field(const GmMaster& master, const GmAdamOptions& options, std::size_t begin, std::size_t end,
@@ -32,11 +32,11 @@ void to_field(const GmMaster& master, const GmAdamOptions& options, std::size_t 
     const bool spread = r >= kGmSpreadRow && r < kGmHeightRow;
     for (std::size_t m = begin; m < end; m += hn::Lanes(d)) {
       GmVec v = hn::LoadU(d, master.row(r) + m);
-      if (options.precision == GmPrecision::u8) v = rounded_u8(d, v, options.ranges[r]);
-      if (options.precision == GmPrecision::f16) {
+      if (options.precision == Precision::u8) v = rounded_u8(d, v, options.scales[r]);
+      if (options.precision == Precision::f16) {
         HWY_ALIGN float lanes[kGmPad];
         hn::Store(v, d, lanes);
-        for (float& lane : lanes) lane = gm_rounded(lane, GmPrecision::f16, {});
+        for (float& lane : lanes) lane = rounded(lane, Precision::f16, {});
         v = hn::Load(d, lanes);
       }
       if (spread) v = hn::Mul(hn::Set(d, 0.72134752f), gm_exp2(d, hn::Mul(v, hn::Set(d, -2.0f))));

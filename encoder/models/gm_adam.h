@@ -32,8 +32,8 @@ struct GmAdamOptions {
   std::uint64_t step = 1;                  // 1, 2 …: takes the bias off the moments
   float inverse_samples = 1;               // the gradient is divided by the samples
   // Rounding that the field sees: of a master's rows, and none for f32.
-  GmPrecision precision = GmPrecision::f32;
-  std::array<GmRange, kGmFieldRows> ranges{};
+  Precision precision = Precision::f32;
+  std::array<RowScale, kGmFieldRows> scales{};
 };
 
 // One step for components begin … end-1 (multiples of kGmPad): the gradients are added up in order, then

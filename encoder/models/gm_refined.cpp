@@ -351,14 +351,15 @@ class Fit {
   void begin_rounding() {
     for (GmSums& s : sums_) std::fill(s.usage.begin(), s.usage.end(), 0.0f);
     adam_.precision = options_.precision;
-    if (options_.precision == GmPrecision::u8) {
+    if (options_.precision == Precision::u8) {
       for (std::uint32_t r = 0; r < kGmFieldRows; ++r) {
         std::vector<float> row(master_.row(r), master_.row(r) + master_.components);
         std::sort(row.begin(), row.end());
         const std::size_t cut = row.size() / 500;
-        adam_.ranges[r] = {row[cut], row[row.size() - 1 - cut]};
-        limits_.low[r] = std::max(limits_.low[r], adam_.ranges[r].low);
-        limits_.high[r] = std::min(limits_.high[r], adam_.ranges[r].high);
+        const float low = row[cut], high = row[row.size() - 1 - cut];
+        adam_.scales[r] = scale_between(low, high);
+        limits_.low[r] = std::max(limits_.low[r], low);
+        limits_.high[r] = std::min(limits_.high[r], high);
       }
     }
     gm_master_field(master_, adam_, field_);
@@ -378,11 +379,11 @@ class Fit {
     out.energy = energy();
     const GmMixture mixture = gm_ordered(gm_master_mixture(master_, shape), out.energy);
     std::stable_sort(out.energy.begin(), out.energy.end(), std::greater<>());
-    std::vector<GmRange> ranges;
+    std::vector<RowScale> scales;
     for (std::uint32_t r = 0; r < shape.rows(); ++r) {
-      ranges.push_back(adam_.ranges[r >= shape.shear_row() ? GM_SHEAR + (r - shape.shear_row()) : r]);
+      scales.push_back(adam_.scales[r >= shape.shear_row() ? GM_SHEAR + (r - shape.shear_row()) : r]);
     }
-    out.codes = gm_quantise(mixture, options_.precision, ranges);
+    out.codes = gm_quantise(mixture, options_.precision, scales);
   }
 
   const GmSamples& samples_;

@@ -25,7 +25,7 @@ struct GmRefinedOptions {
   double seconds = 60;           // where iterations is 0
   std::uint32_t gates = 0;       // K; 0: all
   bool shear = true;
-  GmPrecision precision = GmPrecision::u8;
+  Precision precision = Precision::u8;
   std::uint64_t seed = 1;
   float rate = 1;                                   // on all steps of descent
   std::uint32_t visits = 32;                        // rectangles an iteration

@@ -5,14 +5,14 @@
 #include <span>
 #include <vector>
 
+#include "format/coded_rows.h"
+
 namespace btfc {
 
 inline constexpr std::uint32_t kGmMaxComponents = 65536;
 inline constexpr std::uint32_t kGmMaxChannels = 4;
 inline constexpr std::uint32_t kGmInputs = 6;  // x, y; view a, b; light a, b (shaders/models/gm.h)
 
-// How numbers are stored. u8: codes 0 … 255 between the ends of each row's range.
-enum class GmPrecision : std::uint8_t { f32 = 0, f16 = 1, u8 = 2 };
 // How the mean BRDF is stored: a value a pair and channel, or factors of low rank.
 enum class GmMeanForm : std::uint8_t { f32 = 0, u8 = 1, coded = 2 };
 
@@ -45,26 +45,14 @@ struct GmMixture {
 };
 GmMixture gm_make_mixture(const GmShape& shape);
 
-struct GmRange {
-  float low = 0, high = 0;
-  bool operator==(const GmRange&) const = default;
-};
-
-// A mixture as it is stored. f32 and f16 have no ranges.
+// A mixture as it is stored: a row a row.
 struct GmCodes {
   GmShape shape;
-  GmPrecision precision = GmPrecision::u8;
-  std::vector<GmRange> ranges;      // u8: one a row
-  std::vector<std::uint8_t> bytes;  // row by row, little-endian
+  CodedRows rows;
   bool operator==(const GmCodes&) const = default;
 };
-
-// The ends of each row; a row of equal numbers has low == high.
-std::vector<GmRange> gm_ranges(const GmMixture& mixture);
-// What a number becomes once stored. Outside a range: its nearer end. f16 keeps to the largest half.
-float gm_rounded(float value, GmPrecision precision, const GmRange& range);
-// ranges is used by u8 only.
-GmCodes gm_quantise(const GmMixture& mixture, GmPrecision precision, std::span<const GmRange> ranges);
+// scales: of u8, one a row; none: between the ends of each row.
+GmCodes gm_quantise(const GmMixture& mixture, Precision precision, std::span<const RowScale> scales = {});
 GmMixture gm_dequantise(const GmCodes& codes);
 
 // The mean BRDF. f32, u8: table[pair * channels + channel]. coded: of the view v, light l and channel c
@@ -88,7 +76,7 @@ struct GmPayload {
 };
 
 // Closed formulas, in bits; without head, parameters and directions.
-std::uint64_t gm_mixture_bits(const GmShape& shape, GmPrecision precision);
+std::uint64_t gm_mixture_bits(const GmShape& shape, Precision precision);
 std::uint64_t gm_mean_bits(GmMeanForm form, std::uint32_t views, std::uint32_t lights, std::uint32_t pairs,
                            std::uint32_t channels, std::uint32_t rank);
 std::uint64_t gm_formula_bits(const GmPayload& payload);

@@ -1,6 +1,7 @@
 // The C interface: argument checks, exceptions stopped at the border, and the generic loops over the model
 // table.
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cstring>
 #include <memory>
@@ -215,12 +216,8 @@ void decode_inside(const btfc_texture& texture, std::uint32_t map, std::uint32_t
 
 // A direction of a list; of a model without directions the normal.
 void write_direction(const std::vector<DirectionPoint>& points, std::uint32_t index, float direction[3]) {
-  const double x = points.empty() ? 0 : points[index].x / double{kPointUnit};
-  const double y = points.empty() ? 0 : points[index].y / double{kPointUnit};
-  const double square = x * x + y * y;
-  direction[0] = static_cast<float>(2 * x / (1 + square));
-  direction[1] = static_cast<float>(2 * y / (1 + square));
-  direction[2] = static_cast<float>((1 - square) / (1 + square));
+  const std::array<double, 3> v = unit_vector(points.empty() ? DirectionPoint{} : points[index]);
+  for (std::size_t i = 0; i < 3; ++i) direction[i] = static_cast<float>(v[i]);
 }
 
 }  // namespace
@@ -349,9 +346,9 @@ btfc_result btfc_texture_load(btfc_reader* reader, const btfc_selection* selecti
   if (reader == nullptr) return bad(error, "reader is NULL");
   if (selection != nullptr && selection->struct_size < sizeof(btfc_selection))
     return bad(error, "selection->struct_size is smaller than btfc_selection");
-  std::uint32_t levels = kAllLevels;
-  if (selection != nullptr && selection->levels != 0) levels = selection->levels;
-  if (selection != nullptr && selection->coarsest != 0) levels = 0;
+  // The format numbers levels from 0.
+  const std::uint32_t levels =
+      selection == nullptr || selection->levels == 0 ? kAllLevels : selection->levels - 1;
   return guarded(error, [&] {
     Result<LoadedItem> item = load_item(reader->bytes, reader->file, levels);
     if (!item) return report(item.error(), error);

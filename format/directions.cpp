@@ -151,11 +151,10 @@ DirectionPoint point_of(double theta, double phi) {
   return p;
 }
 
-std::pair<double, double> angles_of(const DirectionPoint& p) {
-  const double x = p.x, y = p.y;
-  const double theta = 2 * std::atan(std::hypot(x, y) / kPointUnit);
-  const double phi = x == 0 && y == 0 ? 0 : std::atan2(y, x);
-  return {theta, phi < 0 ? phi + 2 * std::numbers::pi : phi};
+std::array<double, 3> unit_vector(const DirectionPoint& point) {
+  const double x = static_cast<double>(point.x) / kPointUnit, y = static_cast<double>(point.y) / kPointUnit;
+  const double square = x * x + y * y;
+  return {2 * x / (1 + square), 2 * y / (1 + square), (1 - square) / (1 + square)};
 }
 
 ChunkSpec directions_chunk(const Head& head) {

@@ -1,6 +1,7 @@
 // DIRS: the directions of a BTF and which pairs of them were measured; and their tables in words
 // (spec/tables.md).
 #pragma once
+#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -32,8 +33,8 @@ std::vector<ViewLight> all_pairs(std::size_t views, std::size_t lights);
 
 // Radians; theta 0 … pi/2.
 DirectionPoint point_of(double theta, double phi);
-// theta, phi (0 … 2 pi) in radians.
-std::pair<double, double> angles_of(const DirectionPoint& point);
+// The unit vector that a point stands for; z >= 0 but for rounding.
+std::array<double, 3> unit_vector(const DirectionPoint& point);
 
 // What the chunk takes, from HEAD's counts alone.
 ChunkSpec directions_chunk(const Head& head);

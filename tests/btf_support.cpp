@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <set>
 
 namespace btfc::test {
 
@@ -123,6 +126,104 @@ double rmse(const Dataset& dataset, const Bytes& file, const btfc_selection* sel
   }
   return std::sqrt(sum /
                    (static_cast<double>(info.image_samples()) * static_cast<double>(info.pairs.size())));
+}
+
+RandomBtf random_btf(ModelId model, std::mt19937& random) {
+  const auto below = [&](std::uint32_t n) { return static_cast<std::uint32_t>(random() % n); };
+  RandomBtf btf;
+  Head& head = btf.head;
+  head.model = model;
+  head.width = 1 + below(12);
+  head.height = 1 + below(12);
+  head.wrap_u = head.wrap_v = static_cast<Wrap>(below(2));
+  const std::uint32_t maps = 1 + below(3);
+  for (std::uint32_t m = 0; m < maps; ++m) {
+    Map map;
+    map.name = fmt::format("m{}", m);
+    map.channels = 1 + below(4);
+    map.type = static_cast<SampleType>(below(3));
+    head.maps.push_back(map);
+  }
+  head.views = 1 + below(6);
+  head.lights = 1 + below(6);
+  const auto points = [&](std::uint32_t count) {
+    std::set<DirectionPoint> set;
+    while (set.size() < count) {
+      const Direction d = direction_from_degrees(below(91), below(360));
+      set.insert(point_of(d.theta, d.phi));
+    }
+    return std::vector<DirectionPoint>(set.begin(), set.end());
+  };
+  btf.directions.views = points(head.views);
+  btf.directions.lights = points(head.lights);
+  const bool list = below(2) == 1;
+  for (const ViewLight& pair : all_pairs(head.views, head.lights)) {
+    const bool needed = pair.light == pair.view % head.lights || pair.view == pair.light % head.views;
+    if (!list || needed || below(2) == 0) btf.directions.pairs.push_back(pair);
+  }
+  head.pairs = static_cast<std::uint32_t>(btf.directions.pairs.size());
+  return btf;
+}
+
+CodedRows random_rows(std::mt19937& random, std::uint64_t rows, std::uint64_t columns, Precision precision) {
+  std::vector<float> values(rows * columns);
+  for (float& v : values) v = static_cast<float>(random() % 4001) / 1000.0f - 2.0f;
+  return code_rows(values, rows, columns, precision);
+}
+
+void check_sizes(const Head& head, const std::vector<RawChunk>& chunks, std::uint64_t formula_bits,
+                 std::uint64_t memory_bits) {
+  PackOptions options;
+  options.codec = Codec::raw;
+  const Result<Bytes> file = pack_file(chunks, options);
+  ASSERT_TRUE(file) << file.error().message;
+  ASSERT_TRUE(verify_bytes(*file)) << verify_bytes(*file).error().message;
+  const Result<OpenedFile> opened = open_bytes(*file);
+  ASSERT_TRUE(opened);
+  EXPECT_EQ(opened->head, head);
+  EXPECT_EQ(opened->layout.formula_bits, formula_bits);
+  EXPECT_EQ(8 * opened->directory.header.payload_bytes, formula_bits);
+  EXPECT_EQ(opened->layout.memory_bits, memory_bits);
+  const ByteView view(*file);
+  const Result<std::vector<RawChunk>> after = read_all_chunks(source_of(view), opened->directory);
+  ASSERT_TRUE(after);
+  for (const RawChunk& chunk : chunks) {
+    const auto same = std::count_if(after->begin(), after->end(), [&](const RawChunk& other) {
+      return other.key.order() == chunk.key.order() && other.raw == chunk.raw;
+    });
+    EXPECT_EQ(same, 1) << type_name(chunk.key.type);
+  }
+  const Result<LoadedItem> item = load_item(source_of(view), *opened);
+  ASSERT_TRUE(item);
+  std::uint64_t words = 0;
+  for (const auto& slot : item->words) words += slot.size();
+  EXPECT_EQ(32 * words, memory_bits);
+}
+
+void check_fast_rows(const std::vector<RawChunk>& chunks) {
+  const Result<Bytes> file = pack_file(chunks);
+  ASSERT_TRUE(file);
+  const TexturePtr t = load(*file);
+  ASSERT_TRUE(t);
+  const std::uint32_t width = btfc_texture_width(t.get()), height = btfc_texture_height(t.get());
+  std::vector<std::int32_t> at;
+  for (std::uint32_t y = 0; y < height; ++y) {
+    for (std::uint32_t x = 0; x < width; ++x)
+      at.insert(at.end(), {static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)});
+  }
+  const btfc_directions look{{0.3f, -0.1f, 0.5f}, {-0.2f, 0.6f, 0.4f}, 0, 0};
+  for (std::uint32_t m = 0; m < btfc_texture_maps(t.get()); ++m) {
+    btfc_map_info info{};
+    btfc_texture_map_info(t.get(), m, &info);
+    std::vector<float> fast(std::size_t{width} * height * info.channels), plain(fast.size());
+    ASSERT_EQ(btfc_decode_rect(t.get(), nullptr, m, &look, 0, 0, width, height, BTFC_FLOAT32, fast.data(),
+                               width * info.channels * sizeof(float), fast.size() * sizeof(float)),
+              BTFC_OK);
+    ASSERT_EQ(btfc_decode_texels(t.get(), nullptr, m, &look, at.data(), at.size() / 2, BTFC_FLOAT32,
+                                 plain.data(), plain.size() * sizeof(float)),
+              BTFC_OK);
+    ASSERT_EQ(std::memcmp(fast.data(), plain.data(), fast.size() * sizeof(float)), 0);
+  }
 }
 
 std::array<float, 4> value_at(const btfc_texture* texture, std::int32_t x, std::int32_t y,

@@ -1,10 +1,10 @@
 // btfc decode: a file's maps, or a region of them, as images. Decodes in bands: the texture is never held
 // whole.
-#include <charconv>
-#include <cmath>
+#include <algorithm>
 
 #include "encoder/image_file.h"
 #include "encoder/input/directory_files.h"
+#include "encoder/input/text_numbers.h"
 #include "encoder/model_table.h"
 #include "encoder/output/atomic_file.h"
 #include "encoder/run_on_threads.h"
@@ -29,16 +29,9 @@ struct Arguments {
 Result<Done> parse_direction(const char* name, const std::string& text, float (&direction)[3]) {
   Direction d;
   if (!text.empty()) {
-    const std::size_t comma = text.find(',');
-    const auto number = [](const std::string& part) -> std::optional<double> {
-      double value = 0;
-      const auto [end, code] = std::from_chars(part.data(), part.data() + part.size(), value);
-      if (code != std::errc() || end != part.data() + part.size() || !std::isfinite(value))
-        return std::nullopt;
-      return value;
-    };
-    const auto theta = comma == std::string::npos ? std::nullopt : number(text.substr(0, comma));
-    const auto phi = comma == std::string::npos ? std::nullopt : number(text.substr(comma + 1));
+    const std::size_t comma = std::min(text.find(','), text.size());
+    const auto theta = number_of(std::string_view(text).substr(0, comma));
+    const auto phi = comma < text.size() ? number_of(std::string_view(text).substr(comma + 1)) : std::nullopt;
     if (!theta || !phi || *theta < 0 || *theta > 90) {
       return bad_argument(fmt::format(
           "--{} is '{}', expected T,P: degrees from the normal, 0 to 90, and azimuth", name, text));
@@ -150,8 +143,7 @@ int run(const Arguments& a) {
   if (const std::optional<int> code = write_exchanged(a)) return *code;
   btfc_selection selection{};
   selection.struct_size = sizeof selection;
-  selection.levels = a.levels.value_or(0);
-  selection.coarsest = a.levels == 0u ? 1 : 0;
+  selection.levels = a.levels ? *a.levels + 1 : 0;
   const Result<TexturePtr> texture = load_texture(a.input, &selection);
   if (!texture) return stop(texture.error());
   if (!a.directions.empty()) return decode_all(a, texture->get());

@@ -51,9 +51,4 @@ Result<DatasetHead> dataset_head(const DatasetInfo& info, ModelId model) {
   return result;
 }
 
-Direction direction_of(const DirectionPoint& point) {
-  const auto [theta, phi] = angles_of(point);
-  return {theta, phi};
-}
-
 }  // namespace btfc

@@ -14,7 +14,4 @@ struct DatasetHead {
 // channels, and what rule V1 refuses.
 Result<DatasetHead> dataset_head(const DatasetInfo& info, ModelId model);
 
-// The directions of DIRS as a data set has them.
-Direction direction_of(const DirectionPoint& point);
-
 }  // namespace btfc

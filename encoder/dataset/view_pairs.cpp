@@ -12,12 +12,6 @@ std::vector<ViewPairs> pairs_of_views(const DatasetInfo& info) {
   return views;
 }
 
-Vector3 unit_vector(const DirectionPoint& point) {
-  const double x = static_cast<double>(point.x) / kPointUnit, y = static_cast<double>(point.y) / kPointUnit;
-  const double square = x * x + y * y;
-  return {2 * x / (1 + square), 2 * y / (1 + square), (1 - square) / (1 + square)};
-}
-
 std::vector<Vector3> lights_of(const Directions& directions, const ViewPairs& view) {
   std::vector<Vector3> lights;
   for (std::size_t pair = view.first; pair < view.first + view.count; ++pair)

@@ -13,9 +13,7 @@ struct ViewPairs {
 };
 std::vector<ViewPairs> pairs_of_views(const DatasetInfo& info);
 
-// The unit vector of a direction as a file records it.
-Vector3 unit_vector(const DirectionPoint& point);
-// Of the lights of one view's pairs.
+// The unit vectors of the lights of one view's pairs, as a file records them.
 std::vector<Vector3> lights_of(const Directions& directions, const ViewPairs& view);
 
 }  // namespace btfc

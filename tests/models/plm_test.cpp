@@ -27,7 +27,7 @@ const OptionValues kLobesOnly = {{"polynomial", "none"}};
 
 TEST(Plm, RecoversLobes) {
   const DatasetInfo info = small_info(5, 4, 2, 4, 40);
-  const FitResult fitted = fit_set("plm", make_dataset(info, lobes), kLobesOnly);
+  const FitResult fitted = fit("plm", make_dataset(info, lobes), kLobesOnly);
   EXPECT_LT(reported(fitted, "lobe_rmse"), 1e-3);
   const Bytes file = pack(fitted);
   EXPECT_LT(worst_error(file, info, lobes), 8e-3);
@@ -44,11 +44,11 @@ TEST(Plm, StepsNeverMakeItWorse) {
   double before = 1;
   for (const char* steps : {"1", "2", "4", "16"}) {
     const double now =
-        reported(fit_set("plm", dataset, {{"polynomial", "none"}, {"iterations", steps}}), "lobe_rmse");
+        reported(fit("plm", dataset, {{"polynomial", "none"}, {"iterations", steps}}), "lobe_rmse");
     EXPECT_LE(now, before * 1.0001) << steps;
     before = now;
   }
-  EXPECT_LE(reported(fit_set("plm", dataset, kLobesOnly), "lobe_rmse"), before * 1.05);
+  EXPECT_LE(reported(fit("plm", dataset, kLobesOnly), "lobe_rmse"), before * 1.05);
 }
 
 // Values of a lobe through a curve: eq. 3 alone cannot give them, eq. 4 can.
@@ -60,9 +60,9 @@ double curved(std::size_t view, const Vector3& light, std::uint32_t x, std::uint
 TEST(Plm, PolynomialsOnlyHelp) {
   const DatasetInfo info = small_info(8, 6, 2, 2, 20);
   const Dataset dataset = make_dataset(info, curved);
-  const FitResult alone = fit_set("plm", dataset, kLobesOnly);
-  const FitResult matched = fit_set("plm", dataset, {{"polynomial", "histogram"}});
-  const FitResult nearest = fit_set("plm", dataset, {{"polynomial", "least-squares"}});
+  const FitResult alone = fit("plm", dataset, kLobesOnly);
+  const FitResult matched = fit("plm", dataset, {{"polynomial", "histogram"}});
+  const FitResult nearest = fit("plm", dataset, {{"polynomial", "least-squares"}});
   EXPECT_GT(reported(nearest, "polynomials_kept"), 0);
   EXPECT_LT(reported(nearest, "fit_rmse"), 0.8 * reported(alone, "fit_rmse"));
   EXPECT_LE(reported(matched, "fit_rmse"), reported(alone, "fit_rmse"));
@@ -88,7 +88,7 @@ TEST(Plm, PolynomialsOnlyHelp) {
 TEST(Plm, LevelZeroIsTheLobesAlone) {
   const DatasetInfo info = small_info(8, 6, 2, 2, 20);
   const Dataset dataset = make_dataset(info, curved);
-  const Bytes with = pack(fit_set("plm", dataset, {})), without = pack(fit_set("plm", dataset, kLobesOnly));
+  const Bytes with = pack(fit("plm", dataset, {})), without = pack(fit("plm", dataset, kLobesOnly));
   const auto value = [](const Bytes& file, std::uint32_t levels) {
     const Result<OpenedFile> opened = open_bytes(file);
     const ByteView bytes(file);
@@ -112,10 +112,10 @@ TEST(Plm, MissingPairsAndFewLights) {
   DatasetInfo info = small_info(3, 3, 2, 4, 40);
   std::erase_if(info.pairs,
                 [](DirectionPair p) { return p.light > 0 && (p.light * 7 + p.view * 3) % 4 == 0; });
-  EXPECT_LT(worst_error(pack(fit_set("plm", make_dataset(info, lobes), {})), info, lobes), 1e-2);
+  EXPECT_LT(worst_error(pack(fit("plm", make_dataset(info, lobes), {})), info, lobes), 1e-2);
   for (const std::size_t lights : {1u, 2u, 3u}) {
     const DatasetInfo few = small_info(2, 2, 1, 1, lights);
-    EXPECT_LT(worst_error(pack(fit_set("plm", make_dataset(few, lobes), {})), few, lobes), 1e-2) << lights;
+    EXPECT_LT(worst_error(pack(fit("plm", make_dataset(few, lobes), {})), few, lobes), 1e-2) << lights;
   }
 }
 
@@ -125,22 +125,21 @@ TEST(Plm, ConstantBlackSaturatedAndAHotTexel) {
     for (const double level : {0.0, 1.0, 0.25}) {
       const Reflectance flat = [&](auto&&...) { return level; };
       EXPECT_LT(
-          worst_error(pack(fit_set("plm", make_dataset(info, flat), {{"precision", precision}})), info, flat),
+          worst_error(pack(fit("plm", make_dataset(info, flat), {{"precision", precision}})), info, flat),
           2e-2)
           << precision << level;
     }
     const Reflectance hot = [](std::size_t, const Vector3& light, std::uint32_t x, std::uint32_t y,
                                std::uint32_t) { return x == 2 && y == 1 ? light[2] : 0.0; };
-    EXPECT_LT(
-        worst_error(pack(fit_set("plm", make_dataset(info, hot), {{"precision", precision}})), info, hot),
-        2e-2)
+    EXPECT_LT(worst_error(pack(fit("plm", make_dataset(info, hot), {{"precision", precision}})), info, hot),
+              2e-2)
         << precision;
   }
 }
 
 TEST(Plm, BelowTheHorizonAndNoDirection) {
   const DatasetInfo info = small_info(2, 2, 1, 4, 20);
-  const TexturePtr texture = load(pack(fit_set("plm", make_dataset(info, lobes), {})));
+  const TexturePtr texture = load(pack(fit("plm", make_dataset(info, lobes), {})));
   const auto at = [&](const Vector3& view, const Vector3& light) {
     return values_at(texture.get(), view, light, 1, 0)[0];
   };
@@ -161,34 +160,30 @@ double materials(std::size_t, const Vector3& light, std::uint32_t x, std::uint32
 TEST(Plm, Codebooks) {
   const DatasetInfo info = small_info(12, 9, 2, 2, 30);
   const Dataset dataset = make_dataset(info, materials);
-  EXPECT_LT(reported(fit_set("plm", dataset, {{"polynomial", "none"}, {"clusters", "4"}}), "lobe_rmse"),
-            2e-3);
-  EXPECT_GT(reported(fit_set("plm", dataset, {{"polynomial", "none"}, {"clusters", "2"}}), "lobe_rmse"),
-            2e-2);
+  EXPECT_LT(reported(fit("plm", dataset, {{"polynomial", "none"}, {"clusters", "4"}}), "lobe_rmse"), 2e-3);
+  EXPECT_GT(reported(fit("plm", dataset, {{"polynomial", "none"}, {"clusters", "2"}}), "lobe_rmse"), 2e-2);
   // More entries than there are different texels: clusters run empty.
-  EXPECT_LT(
-      reported(fit_set("plm", dataset, {{"polynomial", "none"}, {"clusters", "40"}, {"precision", "f16"}}),
-               "lobe_rmse"),
-      4e-3);
+  EXPECT_LT(reported(fit("plm", dataset, {{"polynomial", "none"}, {"clusters", "40"}, {"precision", "f16"}}),
+                     "lobe_rmse"),
+            4e-3);
   // More entries than texels: one each.
   const DatasetInfo tiny = small_info(3, 2, 1, 1, 30);
-  const FitResult all =
-      fit_set("plm", make_dataset(tiny, lobes), {{"polynomial", "none"}, {"clusters", "256"}});
+  const FitResult all = fit("plm", make_dataset(tiny, lobes), {{"polynomial", "none"}, {"clusters", "256"}});
   EXPECT_EQ(reported(all, "clusters"), 6);
   EXPECT_LT(reported(all, "lobe_rmse"), 2e-3);
-  EXPECT_LT(worst_error(pack(fit_set("plm", dataset, {{"clusters", "4"}})), info, materials), 1e-2);
+  EXPECT_LT(worst_error(pack(fit("plm", dataset, {{"clusters", "4"}})), info, materials), 1e-2);
 }
 
 TEST(Plm, ThreadsMakeNoDifference) {
   const DatasetInfo info = small_info(9, 7, 3, 3, 15, SampleType::unorm8);
   const Dataset dataset = make_dataset(info, curved);
   for (const OptionValues& options : {OptionValues{{"precision", "u8"}}, OptionValues{{"clusters", "7"}}})
-    EXPECT_EQ(pack(fit_set("plm", dataset, options, 1)), pack(fit_set("plm", dataset, options, 3)));
+    EXPECT_EQ(pack(fit("plm", dataset, options, 1)), pack(fit("plm", dataset, options, 3)));
 }
 
 TEST(Plm, EntryBeyondTheCodebookIsRefused) {
   const DatasetInfo info = small_info(3, 3, 1, 1, 8);
-  FitResult fitted = fit_set("plm", make_dataset(info, lobes), {{"clusters", "3"}});
+  FitResult fitted = fit("plm", make_dataset(info, lobes), {{"clusters", "3"}});
   for (RawChunk& chunk : fitted.chunks) {
     if (type_name(chunk.key.type) == "INDX") chunk.raw[8] = 3;
   }
@@ -199,7 +194,7 @@ TEST(Plm, EntryBeyondTheCodebookIsRefused) {
 
 TEST(Plm, RulesOfTheFile) {
   const DatasetInfo info = small_info(3, 3, 1, 2, 8);
-  const FitResult fitted = fit_set("plm", make_dataset(info, lobes), {});
+  const FitResult fitted = fit("plm", make_dataset(info, lobes), {});
   const auto rule_of = [&](const char* type, const std::function<void(Bytes&)>& edit) -> std::string {
     FitResult changed = fitted;
     for (RawChunk& chunk : changed.chunks) {
@@ -247,22 +242,7 @@ TEST(Plm, ElementaryFunctions) {
 
 RC_GTEST_PROP(Plm, FormulaIsPayloadAndMemory, ()) {
   std::mt19937 random(*rc::gen::inRange(0u, 1u << 30));
-  Head head;
-  head.model = ModelId::plm;
-  head.width = *rc::gen::inRange(1u, 9u);
-  head.height = *rc::gen::inRange(1u, 9u);
-  const Directions directions =
-      random_directions(random, *rc::gen::inRange(1u, 6u), *rc::gen::inRange(1u, 6u));
-  head.views = static_cast<std::uint32_t>(directions.views.size());
-  head.lights = static_cast<std::uint32_t>(directions.lights.size());
-  head.pairs = static_cast<std::uint32_t>(directions.pairs.size());
-  const std::uint32_t maps = *rc::gen::inRange(1u, 4u);
-  for (std::uint32_t m = 0; m < maps; ++m) {
-    Map map;
-    map.name = fmt::format("m{}", m);
-    map.channels = *rc::gen::inRange(1u, 5u);
-    head.maps.push_back(map);
-  }
+  const auto [head, directions] = random_btf(ModelId::plm, random);
   const PlmShape shape{static_cast<Precision>(*rc::gen::inRange(0, 3)),
                        static_cast<Precision>(*rc::gen::inRange(0, 3)), *rc::gen::inRange(0, 2) == 0,
                        *rc::gen::inRange(0, 2) == 0 ? 0 : *rc::gen::inRange(1u, 257u)};
@@ -271,17 +251,16 @@ RC_GTEST_PROP(Plm, FormulaIsPayloadAndMemory, ()) {
   payload.directions = directions;
   for (std::uint32_t v = 0; v < head.views; ++v) {
     const std::size_t columns = shape.clusters > 0 ? shape.clusters : texels;
-    payload.lobes.push_back(
-        code_rows(random_values(random, 5 * channels * columns, -2, 2), 5 * channels, columns, shape.lobes));
+    payload.lobes.push_back(random_rows(random, 5 * channels, columns, shape.lobes));
     if (shape.clusters == 0) continue;
     std::vector<std::uint8_t> entries(channels * texels);
     for (std::uint8_t& entry : entries) entry = static_cast<std::uint8_t>(random() % shape.clusters);
     payload.entries.push_back(entries);
   }
-  if (shape.polynomials)
-    payload.terms = code_rows(random_values(random, 5 * channels * head.pairs, -2, 2), 5 * channels,
-                              head.pairs, shape.terms);
-  check_sizes(head, plm_write(head, shape, payload));
+  if (shape.polynomials) payload.terms = random_rows(random, 5 * channels, head.pairs, shape.terms);
+  const std::vector<RawChunk> chunks = plm_write(head, shape, payload);
+  check_sizes(head, chunks, plm_formula_bits(head, shape), plm_memory_bits(head, shape));
+  check_fast_rows(chunks);
   RC_ASSERT(!testing::Test::HasFailure());
 }
 

@@ -26,7 +26,7 @@ double polynomial(std::size_t view, const Vector3& light, std::uint32_t x, std::
 
 TEST(Ptm, RecoversPolynomials) {
   const DatasetInfo info = small_info(5, 4, 3, 7, 25);
-  const Bytes file = pack(fit_set("ptm", make_dataset(info, polynomial), {}));
+  const Bytes file = pack(fit("ptm", make_dataset(info, polynomial), {}));
   EXPECT_LT(worst_error(file, info, polynomial), 3e-5);
   // Between the lights, and at the horizon beyond them.
   const TexturePtr texture = load(file);
@@ -42,15 +42,15 @@ TEST(Ptm, RecoversPolynomials) {
 TEST(Ptm, Precisions) {
   const DatasetInfo info = small_info(5, 4, 3, 4, 25);
   const Dataset dataset = make_dataset(info, polynomial);
-  EXPECT_LT(worst_error(pack(fit_set("ptm", dataset, {{"precision", "f16"}})), info, polynomial), 1e-3);
-  EXPECT_LT(worst_error(pack(fit_set("ptm", dataset, {{"precision", "u8"}})), info, polynomial), 2e-3);
+  EXPECT_LT(worst_error(pack(fit("ptm", dataset, {{"precision", "f16"}})), info, polynomial), 1e-3);
+  EXPECT_LT(worst_error(pack(fit("ptm", dataset, {{"precision", "u8"}})), info, polynomial), 2e-3);
 }
 
 TEST(Ptm, MissingPairs) {
   DatasetInfo info = small_info(3, 3, 2, 5, 22);
   std::erase_if(info.pairs,
                 [](DirectionPair p) { return p.light > 0 && (p.light * 7 + p.view * 3) % 4 == 0; });
-  const FitResult fitted = fit_set("ptm", make_dataset(info, polynomial), {});
+  const FitResult fitted = fit("ptm", make_dataset(info, polynomial), {});
   EXPECT_EQ(reported(fitted, "least_rank"), 6);
   EXPECT_LT(worst_error(pack(fitted), info, polynomial), 3e-5);
 }
@@ -59,7 +59,7 @@ TEST(Ptm, MissingPairs) {
 TEST(Ptm, FewLights) {
   for (const std::size_t lights : {1u, 2u, 4u}) {
     const DatasetInfo info = small_info(2, 2, 1, 1, lights);
-    const FitResult fitted = fit_set("ptm", make_dataset(info, polynomial), {});
+    const FitResult fitted = fit("ptm", make_dataset(info, polynomial), {});
     EXPECT_EQ(reported(fitted, "least_rank"), lights);
     EXPECT_LT(worst_error(pack(fitted), info, polynomial), 3e-5) << lights;
   }
@@ -69,7 +69,7 @@ TEST(Ptm, LightsOnALineOrOnOneSide) {
   DatasetInfo info = small_info(2, 2, 1, 1, 9);
   for (std::size_t i = 0; i < 9; ++i)
     info.lights[i] = direction_from_degrees(std::abs(static_cast<double>(i) * 20 - 80), i < 4 ? 180 : 0);
-  FitResult fitted = fit_set("ptm", make_dataset(info, polynomial), {});
+  FitResult fitted = fit("ptm", make_dataset(info, polynomial), {});
   EXPECT_EQ(reported(fitted, "least_rank"), 3);
   EXPECT_LT(worst_error(pack(fitted), info, polynomial), 3e-5);
   // What a line of lights cannot tell is 0, not some large number: nothing changes across it.
@@ -82,7 +82,7 @@ TEST(Ptm, LightsOnALineOrOnOneSide) {
   for (std::size_t i = 0; i < 12; ++i)
     info.lights[i] =
         direction_from_degrees(25.0 + 25.0 * static_cast<double>(i % 3), 20.0 * static_cast<double>(i) - 110);
-  fitted = fit_set("ptm", make_dataset(info, polynomial), {});
+  fitted = fit("ptm", make_dataset(info, polynomial), {});
   EXPECT_EQ(reported(fitted, "least_rank"), 6);
   EXPECT_LT(worst_error(pack(fitted), info, polynomial), 3e-5);
 }
@@ -106,21 +106,20 @@ TEST(Ptm, ConstantBlackSaturatedAndAHotTexel) {
     for (const double level : {0.0, 1.0, 0.25}) {
       const Reflectance flat = [&](auto&&...) { return level; };
       EXPECT_LT(
-          worst_error(pack(fit_set("ptm", make_dataset(info, flat), {{"precision", precision}})), info, flat),
+          worst_error(pack(fit("ptm", make_dataset(info, flat), {{"precision", precision}})), info, flat),
           1e-3);
     }
     const Reflectance hot = [](std::size_t, const Vector3&, std::uint32_t x, std::uint32_t y, std::uint32_t) {
       return x == 2 && y == 1 ? 1.0 : 0.0;
     };
-    EXPECT_LT(
-        worst_error(pack(fit_set("ptm", make_dataset(info, hot), {{"precision", precision}})), info, hot),
-        1e-3);
+    EXPECT_LT(worst_error(pack(fit("ptm", make_dataset(info, hot), {{"precision", precision}})), info, hot),
+              1e-3);
   }
 }
 
 TEST(Ptm, BelowTheHorizonAndNoDirection) {
   const DatasetInfo info = small_info(2, 2, 1, 4, 12);
-  const TexturePtr texture = load(pack(fit_set("ptm", make_dataset(info, polynomial), {})));
+  const TexturePtr texture = load(pack(fit("ptm", make_dataset(info, polynomial), {})));
   const auto at = [&](const Vector3& view, const Vector3& light) {
     return values_at(texture.get(), view, light, 1, 0)[0];
   };
@@ -135,7 +134,7 @@ TEST(Ptm, BelowTheHorizonAndNoDirection) {
 
 TEST(Ptm, LevelsAreTermsOfThePolynomial) {
   const DatasetInfo info = small_info(3, 2, 2, 2, 12);
-  const Bytes file = pack(fit_set("ptm", make_dataset(info, polynomial), {}));
+  const Bytes file = pack(fit("ptm", make_dataset(info, polynomial), {}));
   const Result<OpenedFile> opened = open_bytes(file);
   ASSERT_TRUE(opened);
   const ByteView bytes(file);
@@ -162,28 +161,13 @@ TEST(Ptm, LevelsAreTermsOfThePolynomial) {
 TEST(Ptm, ThreadsMakeNoDifference) {
   const DatasetInfo info = small_info(9, 7, 3, 3, 15, SampleType::unorm8);
   const Dataset dataset = make_dataset(info, polynomial);
-  EXPECT_EQ(pack(fit_set("ptm", dataset, {{"precision", "u8"}}, 1)),
-            pack(fit_set("ptm", dataset, {{"precision", "u8"}}, 3)));
+  EXPECT_EQ(pack(fit("ptm", dataset, {{"precision", "u8"}}, 1)),
+            pack(fit("ptm", dataset, {{"precision", "u8"}}, 3)));
 }
 
 RC_GTEST_PROP(Ptm, FormulaIsPayloadAndMemory, ()) {
   std::mt19937 random(*rc::gen::inRange(0u, 1u << 30));
-  Head head;
-  head.model = ModelId::ptm;
-  head.width = *rc::gen::inRange(1u, 9u);
-  head.height = *rc::gen::inRange(1u, 9u);
-  const Directions directions =
-      random_directions(random, *rc::gen::inRange(1u, 6u), *rc::gen::inRange(1u, 6u));
-  head.views = static_cast<std::uint32_t>(directions.views.size());
-  head.lights = static_cast<std::uint32_t>(directions.lights.size());
-  head.pairs = static_cast<std::uint32_t>(directions.pairs.size());
-  const std::uint32_t maps = *rc::gen::inRange(1u, 4u);
-  for (std::uint32_t m = 0; m < maps; ++m) {
-    Map map;
-    map.name = fmt::format("m{}", m);
-    map.channels = *rc::gen::inRange(1u, 5u);
-    head.maps.push_back(map);
-  }
+  const auto [head, directions] = random_btf(ModelId::ptm, random);
   const PtmShape shape{static_cast<Precision>(*rc::gen::inRange(0, 3))};
   const std::size_t texels = std::size_t{head.width} * head.height;
   PtmPayload payload{directions, {}};
@@ -191,12 +175,13 @@ RC_GTEST_PROP(Ptm, FormulaIsPayloadAndMemory, ()) {
     PtmView view;
     for (std::uint32_t level = 0; level < kPtmLevels; ++level) {
       const std::size_t rows = (kPtmFirstTerm[level + 1] - kPtmFirstTerm[level]) * head.channels();
-      view[level] = code_rows(random_values(random, rows * texels, -2, 2), rows, texels, shape.precision);
+      view[level] = random_rows(random, rows, texels, shape.precision);
     }
     payload.views.push_back(view);
   }
   const std::vector<RawChunk> chunks = ptm_write(head, shape, payload);
-  check_sizes(head, chunks);
+  check_sizes(head, chunks, ptm_formula_bits(head, shape), ptm_memory_bits(head, shape));
+  check_fast_rows(chunks);
   RC_ASSERT(!testing::Test::HasFailure());
 }
 
@@ -225,7 +210,7 @@ TEST(Ptm, SizesOfTheSurvey) {
 // The raw bytes of the chunk of a type, changed by edit, break a rule.
 TEST(Ptm, RulesOfTheFile) {
   const DatasetInfo info = small_info(3, 2, 1, 2, 8);
-  const FitResult fitted = fit_set("ptm", make_dataset(info, polynomial), {});
+  const FitResult fitted = fit("ptm", make_dataset(info, polynomial), {});
   const auto rule_of = [&](const char* type, const std::function<void(Bytes&)>& edit) -> std::string {
     FitResult changed = fitted;
     for (RawChunk& chunk : changed.chunks) {
@@ -335,8 +320,8 @@ TEST(PtmFile, WrittenReadAndWrittenAgainIsTheSame) {
   for (const std::uint32_t channels : {1u, 3u}) {
     const DatasetInfo info = small_info(7, 5, channels, 1, 20);
     for (const char* precision : {"f32", "f16", "u8"})
-      fits.push_back(fit_set("ptm", make_dataset(info, polynomial), {{"precision", precision}}));
-    fits.push_back(fit_set("ptm", make_dataset(info, [](auto&&...) { return 0.0; }), {}));
+      fits.push_back(fit("ptm", make_dataset(info, polynomial), {{"precision", precision}}));
+    fits.push_back(fit("ptm", make_dataset(info, [](auto&&...) { return 0.0; }), {}));
   }
   for (const FitResult& fitted : fits) {
     const Bytes first = export_of(fitted);
@@ -347,7 +332,7 @@ TEST(PtmFile, WrittenReadAndWrittenAgainIsTheSame) {
 
 TEST(PtmFile, CodingErrorIsHalfAStep) {
   const DatasetInfo info = small_info(7, 5, 3, 1, 20);
-  const Bytes file = pack(import(export_of(fit_set("ptm", make_dataset(info, polynomial), {}))));
+  const Bytes file = pack(import(export_of(fit("ptm", make_dataset(info, polynomial), {}))));
   EXPECT_LT(worst_error(file, info, polynomial), 4e-3);
 }
 
@@ -382,7 +367,7 @@ TEST(PtmFile, RefusesWhatItCannotRead) {
 
 TEST(PtmFile, SeveralViewsAreNoPtmFile) {
   const DatasetInfo info = small_info(2, 2, 3, 2, 8);
-  const Bytes file = pack(fit_set("ptm", make_dataset(info, polynomial), {}));
+  const Bytes file = pack(fit("ptm", make_dataset(info, polynomial), {}));
   const Result<OpenedFile> opened = open_bytes(file);
   const ByteView view(file);
   const ByteSource source = source_of(view);

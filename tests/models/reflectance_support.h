@@ -5,11 +5,9 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
-#include <random>
 #include <vector>
 
-#include "encoder/dataset/dataset.h"
-#include "tests/test_support.h"
+#include "tests/btf_support.h"
 
 namespace btfc::test {
 
@@ -29,16 +27,7 @@ inline std::vector<Direction> spread_directions(std::size_t count, double most =
 
 inline DatasetInfo small_info(std::uint32_t width, std::uint32_t height, std::uint32_t channels,
                               std::size_t views, std::size_t lights, SampleType type = SampleType::unorm16) {
-  DatasetInfo info;
-  info.width = width;
-  info.height = height;
-  for (std::uint32_t c = 0; c < channels; ++c)
-    info.channels.push_back(std::string(1, static_cast<char>('A' + c)));
-  info.type = type;
-  info.views = spread_directions(views, 0.9);
-  info.lights = spread_directions(lights);
-  make_full_product(info);
-  return info;
+  return btf_info(width, height, channels, type, spread_directions(views, 0.9), spread_directions(lights));
 }
 
 inline Dataset make_dataset(const DatasetInfo& info, const Reflectance& value) {
@@ -59,21 +48,6 @@ inline Dataset make_dataset(const DatasetInfo& info, const Reflectance& value) {
     dataset->write_image(pair, codes);
   }
   return std::move(*dataset);
-}
-
-inline FitResult fit_set(const char* model, const Dataset& dataset, const OptionValues& options,
-                         unsigned threads = 1) {
-  FitInput input;
-  input.dataset = &dataset;
-  FitSettings settings;
-  settings.options = options;
-  settings.threads = threads;
-  Result<FitResult> result = fitter(find_model(model)->id).fit(input, settings);
-  if (!result) {
-    ADD_FAILURE() << result.error().message;
-    return {};
-  }
-  return *std::move(result);
 }
 
 inline double reported(const FitResult& fit, const char* name) {
@@ -122,55 +96,6 @@ inline double worst_error(const Bytes& file, const DatasetInfo& info, const Refl
     }
   }
   return worst;
-}
-
-inline std::vector<float> random_values(std::mt19937& random, std::size_t count, float least, float most) {
-  std::vector<float> values(count);
-  for (float& v : values) v = std::uniform_real_distribution<float>(least, most)(random);
-  return values;
-}
-
-// Directions of whole files made without a fit: all pairs, or all but some.
-inline Directions random_directions(std::mt19937& random, std::uint32_t views, std::uint32_t lights) {
-  const auto points = [&](std::uint32_t count) {
-    std::vector<DirectionPoint> all;
-    for (const Direction& d : spread_directions(count)) all.push_back(point_of(d.theta, d.phi));
-    return all;
-  };
-  Directions d{points(views), points(lights), all_pairs(views, lights)};
-  if (random() % 2 == 0 && views > 1 && lights > 1) {
-    // Without the pairs (0, l), l > 0: every view and light still has one.
-    d.pairs.erase(d.pairs.begin() + 1, d.pairs.begin() + lights);
-  }
-  return d;
-}
-
-// A file holds what the formula says, in memory too; written and read again it is the same.
-inline void check_sizes(const Head& head, std::vector<RawChunk> chunks) {
-  PackOptions options;
-  options.codec = Codec::raw;
-  const std::vector<RawChunk> before = chunks;
-  const Result<Bytes> file = pack_file(std::move(chunks), options);
-  ASSERT_TRUE(file) << file.error().message;
-  ASSERT_TRUE(verify_bytes(*file)) << verify_bytes(*file).error().message;
-  const Result<OpenedFile> opened = open_bytes(*file);
-  ASSERT_TRUE(opened);
-  EXPECT_EQ(opened->head, head);
-  EXPECT_EQ(opened->layout.formula_bits, 8 * opened->directory.header.payload_bytes);
-  const ByteView view(*file);
-  const Result<std::vector<RawChunk>> after = read_all_chunks(source_of(view), opened->directory);
-  ASSERT_TRUE(after);
-  for (const RawChunk& chunk : before) {
-    const auto same = std::count_if(after->begin(), after->end(), [&](const RawChunk& other) {
-      return other.key.order() == chunk.key.order() && other.raw == chunk.raw;
-    });
-    EXPECT_EQ(same, 1) << type_name(chunk.key.type);
-  }
-  const Result<LoadedItem> item = load_item(source_of(view), *opened);
-  ASSERT_TRUE(item);
-  std::uint64_t words = 0;
-  for (const auto& slot : item->words) words += slot.size();
-  EXPECT_EQ(opened->layout.memory_bits, 32 * words);
 }
 
 }  // namespace btfc::test

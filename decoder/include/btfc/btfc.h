@@ -139,9 +139,8 @@ BTFC_API btfc_result btfc_verify(const btfc_source* source, const btfc_options* 
 /* Which part of an item to load. Zero means default. */
 typedef struct btfc_selection {
   size_t struct_size;
-  uint32_t levels; /* refinement levels after the coarsest: components of pca; default all. Chunks of finer
-                      levels are not read. Models without levels ignore it. */
-  int coarsest;    /* 1: the coarsest level alone */
+  uint32_t levels; /* how many levels, the coarsest counted: 1 is that alone, 1 + k adds k components of pca;
+                      default all. Chunks of finer levels are not read. Models without levels ignore it. */
 } btfc_selection;
 
 /* Loads item 0, all tiles. selection may be NULL: everything. On success *texture_ret is to be freed with

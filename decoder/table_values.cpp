@@ -57,6 +57,17 @@ void add_images(const LoadedItem& item, const ImageRows& rows, std::uint32_t pre
   add_images<std::uint8_t>(item, rows, first_row, state, width, out);
 }
 
+// A weighted image's state: scales of the channels from number `first` on.
+template <class Params>
+void push_image(const BtfcWords& words, const Params& p, float weight, std::uint32_t first,
+                std::vector<float>& state) {
+  state.push_back(weight);
+  for (std::uint32_t c = 0; c < p.channels; ++c) {
+    const vec2 scale = btfc_scale(words, p.scale_word, first + c);
+    state.insert(state.end(), {scale.x, scale.y});
+  }
+}
+
 template <class Params>
 ImageRows image_rows_of(const Params& p) {
   return {p.rows_per_slot, p.rank + 1, p.all_channels, p.first_channel, p.channels};
@@ -76,11 +87,8 @@ std::vector<float> pca_begin_values(const LoadedItem& item, std::uint32_t map, c
   const BtfcCorners light = btfc_corners(words, p.lights_word, query.light);
   std::vector<float> state;
   for (std::uint32_t k = 0; k <= p.rank; ++k) {
-    state.push_back(k == 0 ? 1.0f : pca_weight(words, p, view, light, k - 1));
-    for (std::uint32_t c = 0; c < p.channels; ++c) {
-      const vec2 scale = btfc_scale(words, p.scale_word, k * p.all_channels + p.first_channel + c);
-      state.insert(state.end(), {scale.x, scale.y});
-    }
+    const float weight = k == 0 ? 1.0f : pca_weight(words, p, view, light, k - 1);
+    push_image(words, p, weight, k * p.all_channels + p.first_channel, state);
   }
   return state;
 }
@@ -106,11 +114,7 @@ std::vector<float> pcarf_begin_values(const LoadedItem& item, std::uint32_t map,
     for (std::uint32_t k = 0; k <= p.rank; ++k) {
       float weight = view.weight[i];
       if (k > 0) weight *= pcarf_weight(words, p, view.index[i], light, k - 1);
-      state.push_back(weight);
-      for (std::uint32_t c = 0; c < p.channels; ++c) {
-        const vec2 scale = btfc_scale(words, p.scale_word, scales + k * p.all_channels + c);
-        state.insert(state.end(), {scale.x, scale.y});
-      }
+      push_image(words, p, weight, scales + k * p.all_channels, state);
     }
   }
   return state;

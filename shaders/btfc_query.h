@@ -21,5 +21,10 @@ BTFC_FN uint btfc_wrap(int coordinate, uint size, uint wrap) {
   return uint(remainder < 0 ? remainder + int(size) : remainder);
 }
 
+// The number of a texel in rows from the top, wrapped or clamped into the texture.
+BTFC_FN uint btfc_texel(BTFC_IN(ivec2) texel, uint width, uint height, uint wrap_u, uint wrap_v) {
+  return btfc_wrap(texel.y, height, wrap_v) * width + btfc_wrap(texel.x, width, wrap_u);
+}
+
 BTFC_END
 #endif

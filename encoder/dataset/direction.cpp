@@ -61,6 +61,18 @@ double angle_between(const Direction& a, const Direction& b) {
 
 bool same_direction(const Direction& a, const Direction& b) { return angle_between(a, b) < 1e-5; }
 
+double typical_step(std::span<const Direction> directions) {
+  double sum = 0;
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    double nearest = 0.5;
+    for (std::size_t j = 0; j < directions.size(); ++j) {
+      if (i != j) nearest = std::min(nearest, angle_between(directions[i], directions[j]));
+    }
+    sum += nearest;
+  }
+  return sum / static_cast<double>(directions.size());
+}
+
 std::string to_text(const Direction& d) {
   const auto round4 = [](double v) { return std::round(v * 1e4) / 1e4 + 0.0; };
   return fmt::format("({}, {})", round4(degrees(d.theta)), round4(degrees(d.phi)));

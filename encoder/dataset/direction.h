@@ -28,6 +28,9 @@ double angle_between(const Direction& a, const Direction& b);
 // Whether two directions are nearer than 1e-5 radians: names of files round to 0.1 degrees at best.
 bool same_direction(const Direction& a, const Direction& b);
 
+// The mean angle from a direction to its nearest neighbour, each taken as 0.5 radians at most.
+double typical_step(std::span<const Direction> directions);
+
 // "(30, 120)": theta and phi in degrees, at most four decimals.
 std::string to_text(const Direction& d);
 

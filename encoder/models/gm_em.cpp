@@ -43,18 +43,6 @@ void blend(const GmEmMixture& mixture, GmEmSums& sums, double share, GmEmSums& k
   move_moments(mixture, -1, sums);
 }
 
-double typical_step(const std::vector<Direction>& directions) {
-  double sum = 0;
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    double nearest = 0.5;
-    for (std::size_t j = 0; j < directions.size(); ++j) {
-      if (i != j) nearest = std::min(nearest, angle_between(directions[i], directions[j]));
-    }
-    sum += nearest;
-  }
-  return sum / static_cast<double>(directions.size());
-}
-
 }  // namespace
 
 std::array<double, kGmMostDims> gm_spread_floors(const GmSamples& samples) {

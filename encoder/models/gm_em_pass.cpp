@@ -185,25 +185,10 @@ HWY_INLINE double em_texel(const EmRoom& r, std::size_t count, const float* colo
 }
 
 HWY_INLINE void em_axes(const EmRoom& r, std::size_t count, const EmTile& tile) {
-  const GmLanes d;
-  for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
-    GmVec sum = hn::Zero(d);
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      GmVec first = hn::Zero(d), second = first;
-      const std::size_t n = axis == 0 ? tile.width : tile.height;
-      for (std::size_t i = 0; i < n; ++i) {
-        const GmVec q = hn::LoadU(d, (axis == 0 ? r.columns : r.rows) + i * r.stride + m);
-        const GmVec way = hn::LoadU(d, r.way + (axis * kEmTile + i) * r.stride + m);
-        const GmVec weighted = hn::Mul(q, way);
-        if (axis == 0) sum = hn::Add(sum, q);
-        first = hn::Add(first, weighted);
-        second = hn::MulAdd(weighted, way, second);
-      }
-      hn::StoreU(first, d, r.moments + (kEmFirst + axis) * r.stride + m);
-      hn::StoreU(second, d, r.moments + (kEmSecond + axis) * r.stride + m);
-    }
-    hn::StoreU(sum, d, r.moments + kEmSum * r.stride + m);
-  }
+  float* const m = r.moments;
+  gm_tile_moments({r.columns, r.rows, r.way, kEmTile, r.stride, m + kEmSum * r.stride,
+                   m + kEmFirst * r.stride, m + kEmSecond * r.stride},
+                  count, tile.width, tile.height);
 }
 
 // A rectangle's moments into the sums, in doubles.

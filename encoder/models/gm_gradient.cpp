@@ -125,25 +125,10 @@ HWY_INLINE void add_texel(const Room& r, std::size_t count, const float* error, 
 
 // Moments over columns and rows.
 HWY_INLINE void finish_pair(const Room& r, std::size_t count, const GmVisit& visit) {
-  const GmLanes d;
-  for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
-    GmVec sum = hn::Zero(d);
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      GmVec first = hn::Zero(d), second = first;
-      const std::size_t n = axis == 0 ? visit.width : visit.height;
-      for (std::size_t i = 0; i < n; ++i) {
-        const GmVec q = hn::LoadU(d, (axis == 0 ? r.columns : r.rows) + i * r.stride + m);
-        const GmVec way = hn::LoadU(d, r.way + (axis * kGmTile + i) * r.stride + m);
-        const GmVec weighted = hn::Mul(q, way);
-        if (axis == 0) sum = hn::Add(sum, q);
-        first = hn::Add(first, weighted);
-        second = hn::MulAdd(weighted, way, second);
-      }
-      hn::StoreU(first, d, r.moments + (kFirst + axis) * r.stride + m);
-      hn::StoreU(second, d, r.moments + (kSecond + axis) * r.stride + m);
-    }
-    hn::StoreU(sum, d, r.moments + kSum * r.stride + m);
-  }
+  float* const m = r.moments;
+  gm_tile_moments({r.columns, r.rows, r.way, kGmTile, r.stride, m + kSum * r.stride, m + kFirst * r.stride,
+                   m + kSecond * r.stride},
+                  count, visit.width, visit.height);
 }
 
 // The pair's moments into the group's sums.

@@ -48,6 +48,43 @@ HWY_INLINE GmVec gm_short(GmLanes d, GmVec x, float period) {
   return hn::NegMulAdd(hn::Round(hn::Mul(x, hn::Set(d, 1.0f / period))), hn::Set(d, period), x);
 }
 
+// Takes from a logit's bounds what a distance of up to `half` to either side of |t| >= 0 costs.
+HWY_INLINE void gm_bound(GmLanes d, GmVec t, GmVec half, GmVec scale, GmVec& high, GmVec& low) {
+  const GmVec near = hn::Max(hn::Sub(t, half), hn::Zero(d)), far = hn::Add(t, half);
+  high = hn::NegMulAdd(scale, hn::Mul(near, near), high);
+  low = hn::NegMulAdd(scale, hn::Mul(far, far), low);
+}
+
+// Moments over a tile of texels of what is known by its sums over columns and over rows; rows of components.
+struct GmTileMoments {
+  const float *columns, *rows;  // a row a column or row of the tile
+  const float* way;             // from the component to the tile's columns, then, `side` rows later, its rows
+  std::size_t side, stride;
+  float *sum, *first, *second;  // first, second: times the way and its square; x, then y
+};
+HWY_INLINE void gm_tile_moments(const GmTileMoments& t, std::size_t count, std::size_t width,
+                                std::size_t height) {
+  const GmLanes d;
+  for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
+    GmVec sum = hn::Zero(d);
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      GmVec first = hn::Zero(d), second = first;
+      const std::size_t n = axis == 0 ? width : height;
+      for (std::size_t i = 0; i < n; ++i) {
+        const GmVec q = hn::LoadU(d, (axis == 0 ? t.columns : t.rows) + i * t.stride + m);
+        const GmVec way = hn::LoadU(d, t.way + (axis * t.side + i) * t.stride + m);
+        const GmVec weighted = hn::Mul(q, way);
+        if (axis == 0) sum = hn::Add(sum, q);
+        first = hn::Add(first, weighted);
+        second = hn::MulAdd(weighted, way, second);
+      }
+      hn::StoreU(first, d, t.first + axis * t.stride + m);
+      hn::StoreU(second, d, t.second + axis * t.stride + m);
+    }
+    hn::StoreU(sum, d, t.sum + m);
+  }
+}
+
 // Arrays of components, row by row, as in GmField.
 struct GmRows {
   const float* data;
@@ -63,7 +100,6 @@ HWY_INLINE std::size_t gm_select_box(const GmField& field, const GmRows& rows, c
   const GmLanes d;
   const std::size_t lanes = hn::Lanes(d);
   GmVec sure = hn::Set(d, GM_NEVER);
-  const GmVec zero = hn::Zero(d);
   for (std::size_t m = 0; m < rows.count; m += lanes) {
     const GmVec hv = hn::LoadU(d, rows.row(GM_SHEAR) + m), hl = hn::LoadU(d, rows.row(GM_SHEAR + 1) + m);
     GmVec high = hn::LoadU(d, rows.row(GM_HEIGHT) + m), low = high;
@@ -76,17 +112,13 @@ HWY_INLINE std::size_t gm_select_box(const GmField& field, const GmRows& rows, c
       half = hn::MulAdd(hn::Abs(hv), hn::Set(d, box.half.slope[n]), half);
       half = hn::MulAdd(hn::Abs(hl), hn::Set(d, box.half.slope[2 + n]), half);
       const GmVec scale = hn::LoadU(d, rows.row(GM_SCALE + n) + m);
-      const GmVec near = hn::Max(hn::Sub(hn::Abs(t), half), zero), far = hn::Add(hn::Abs(t), half);
-      high = hn::NegMulAdd(scale, hn::Mul(near, near), high);
-      low = hn::NegMulAdd(scale, hn::Mul(far, far), low);
+      gm_bound(d, hn::Abs(t), half, scale, high, low);
     }
     for (std::size_t n = 0; n < 4; ++n) {
       const GmVec t = hn::Abs(hn::Sub(hn::Set(d, box.middle.angle[n]), hn::LoadU(d, rows.row(2 + n) + m)));
       const GmVec half = hn::Set(d, box.half.angle[n]);
       const GmVec scale = hn::LoadU(d, rows.row(GM_SCALE + 2 + n) + m);
-      const GmVec near = hn::Max(hn::Sub(t, half), zero), far = hn::Add(t, half);
-      high = hn::NegMulAdd(scale, hn::Mul(near, near), high);
-      low = hn::NegMulAdd(scale, hn::Mul(far, far), low);
+      gm_bound(d, t, half, scale, high, low);
     }
     hn::StoreU(high, d, upper + m);
     sure = hn::Max(sure, low);
@@ -127,7 +159,6 @@ HWY_INLINE std::size_t gm_select_pair(const GmField& field, const GmRows& rows, 
   const GmLanes d;
   const std::size_t lanes = hn::Lanes(d);
   GmVec sure = hn::Set(d, GM_NEVER);
-  const GmVec zero = hn::Zero(d);
   for (std::size_t m = 0; m < rows.count; m += lanes) {
     const GmVec hv = hn::LoadU(d, rows.row(GM_SHEAR) + m), hl = hn::LoadU(d, rows.row(GM_SHEAR + 1) + m);
     GmVec high = hn::LoadU(d, rows.row(GM_HEIGHT) + m);
@@ -146,9 +177,7 @@ HWY_INLINE std::size_t gm_select_pair(const GmField& field, const GmRows& rows, 
       if (field.wraps) t = gm_short(d, t, n == 0 ? field.width : field.height);
       const GmVec half = hn::Set(d, n == 0 ? box.half_x : box.half_y);
       const GmVec scale = hn::LoadU(d, rows.row(GM_SCALE + n) + m);
-      const GmVec near = hn::Max(hn::Sub(hn::Abs(t), half), zero), far = hn::Add(hn::Abs(t), half);
-      high = hn::NegMulAdd(scale, hn::Mul(near, near), high);
-      low = hn::NegMulAdd(scale, hn::Mul(far, far), low);
+      gm_bound(d, hn::Abs(t), half, scale, high, low);
     }
     hn::StoreU(high, d, upper + m);
     sure = hn::Max(sure, low);

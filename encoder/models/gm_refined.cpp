@@ -68,15 +68,7 @@ std::vector<Cell> deal(const GmSamples& samples, GmRandom& random) {
 
 // A third of the typical way between neighbouring directions.
 double angle_floor(const std::vector<Direction>& directions) {
-  double sum = 0;
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    double nearest = 0.5;
-    for (std::size_t j = 0; j < directions.size(); ++j) {
-      if (i != j) nearest = std::min(nearest, angle_between(directions[i], directions[j]));
-    }
-    sum += nearest;
-  }
-  return std::max(0.01, kLeastSpread * sum / static_cast<double>(directions.size()));
+  return std::max(0.01, kLeastSpread * typical_step(directions));
 }
 
 GmLimits limits_of(const GmSamples& samples) {

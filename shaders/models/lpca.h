@@ -70,8 +70,7 @@ BTFC_FN vec4 lpca_reflectance(BTFC_WORDS words, BTFC_IN(LpcaParams) p, BTFC_IN(B
 }
 
 BTFC_FN vec4 lpca_eval(BTFC_WORDS words, BTFC_IN(LpcaParams) p, BTFC_IN(BtfcQuery) query) {
-  uint texel =
-      btfc_wrap(query.texel.y, p.height, p.wrap_v) * p.width + btfc_wrap(query.texel.x, p.width, p.wrap_u);
+  uint texel = btfc_texel(query.texel, p.width, p.height, p.wrap_u, p.wrap_v);
   uint cluster = lpca_cluster(words, p, texel);
   BtfcCorners view = btfc_corners(words, p.views_word, query.view);
   BtfcCorners light = btfc_corners(words, p.lights_word, query.light);

@@ -46,8 +46,7 @@ BTFC_FN float pca_weight(BTFC_WORDS words, BTFC_IN(PcaParams) p, BTFC_IN(BtfcCor
 }
 
 BTFC_FN vec4 pca_eval(BTFC_WORDS words, BTFC_IN(PcaParams) p, BTFC_IN(BtfcQuery) query) {
-  uint texel =
-      btfc_wrap(query.texel.y, p.height, p.wrap_v) * p.width + btfc_wrap(query.texel.x, p.width, p.wrap_u);
+  uint texel = btfc_texel(query.texel, p.width, p.height, p.wrap_u, p.wrap_v);
   uint slot = 1u + texel / p.rows_per_slot;
   uint row = texel % p.rows_per_slot * (p.rank + 1u) * p.all_channels + p.first_channel;
   BtfcCorners view = btfc_corners(words, p.views_word, query.view);

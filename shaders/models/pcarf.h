@@ -45,8 +45,7 @@ BTFC_FN float pcarf_weight(BTFC_WORDS words, BTFC_IN(PcarfParams) p, uint view, 
 }
 
 BTFC_FN vec4 pcarf_eval(BTFC_WORDS words, BTFC_IN(PcarfParams) p, BTFC_IN(BtfcQuery) query) {
-  uint texel =
-      btfc_wrap(query.texel.y, p.height, p.wrap_v) * p.width + btfc_wrap(query.texel.x, p.width, p.wrap_u);
+  uint texel = btfc_texel(query.texel, p.width, p.height, p.wrap_u, p.wrap_v);
   uint row_elements = (p.rank + 1u) * p.all_channels;
   BtfcCorners view = btfc_corners(words, p.views_word, query.view);
   BtfcCorners light = btfc_corners(words, p.lights_word, query.light);

@@ -134,8 +134,7 @@ BTFC_FN vec4 plm_texel(BTFC_WORDS words, BTFC_IN(PlmParams) p, BTFC_IN(PlmState)
 }
 
 BTFC_FN vec4 plm_eval(BTFC_WORDS words, BTFC_IN(PlmParams) p, BTFC_IN(BtfcQuery) query) {
-  uint texel =
-      btfc_wrap(query.texel.y, p.height, p.wrap_v) * p.width + btfc_wrap(query.texel.x, p.width, p.wrap_u);
+  uint texel = btfc_texel(query.texel, p.width, p.height, p.wrap_u, p.wrap_v);
   return plm_texel(words, p, plm_begin(words, p, query), texel);
 }
 

@@ -70,8 +70,7 @@ BTFC_FN vec4 ptm_texel(BTFC_WORDS words, BTFC_IN(PtmParams) p, BTFC_IN(PtmState)
 }
 
 BTFC_FN vec4 ptm_eval(BTFC_WORDS words, BTFC_IN(PtmParams) p, BTFC_IN(BtfcQuery) query) {
-  uint texel =
-      btfc_wrap(query.texel.y, p.height, p.wrap_v) * p.width + btfc_wrap(query.texel.x, p.width, p.wrap_u);
+  uint texel = btfc_texel(query.texel, p.width, p.height, p.wrap_u, p.wrap_v);
   return ptm_texel(words, p, ptm_begin(words, p, query), texel);
 }
 

@@ -6,7 +6,6 @@
 #include <random>
 
 #include "tools/command.h"
-#include "tools/texture_dataset.h"
 #include "tools/texture_file.h"
 
 namespace btfc {
@@ -78,7 +77,7 @@ int run(Arguments& a) {
     at[2 * i + 1] = static_cast<std::int32_t>(random() % height);
   }
   // Of a BTF: rectangles under a pair of directions that was not measured, queries under any.
-  const bool btf = has_directions(t);
+  const bool btf = btfc_texture_views(t) > 1 || btfc_texture_lights(t) > 1;
   btfc_directions fixed{{0.35f, 0.2f, 0.8f}, {-0.3f, 0.45f, 0.7f}, 0, 0};
   std::vector<btfc_query> queries(btf ? kRandomTexels : 0);
   for (std::size_t i = 0; i < queries.size(); ++i) {

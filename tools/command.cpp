@@ -123,9 +123,4 @@ std::optional<std::uint64_t> parse_u64(const std::string& text) {
   return value;
 }
 
-Error placed(const std::string& path, Error error) {
-  error.message = fmt::format("'{}': {}", path, error.message);
-  return error;
-}
-
 }  // namespace btfc

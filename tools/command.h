@@ -66,9 +66,6 @@ Result<PackOptions> pack_options(const std::string& codec, std::optional<int> le
 
 std::optional<std::uint64_t> parse_u64(const std::string& text);
 
-// The error, with the file that it is about.
-Error placed(const std::string& path, Error error);
-
 // A verb: adds its sub-command and, once parsed, runs.
 struct Verb {
   CLI::App* app = nullptr;

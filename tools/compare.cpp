@@ -34,9 +34,9 @@ bool is_btfc(const std::string& path) { return file_extension(path) == "btfc"; }
 // Whether a side is seen under several directions.
 Result<bool> is_btf(const std::string& path) {
   if (!is_btfc(path)) return is_dataset(path);
-  const Result<TexturePtr> texture = load_texture(path);
-  if (!texture) return texture.error();
-  return has_directions(texture->get());
+  const Result<Head> head = read_file_head(path);
+  if (!head) return head.error();
+  return head->views > 1 || head->lights > 1;
 }
 
 Result<Image> read_side(const std::string& path, const std::string& map) {

@@ -44,4 +44,9 @@ ByteSource FileSource::source() const {
   return source;
 }
 
+Error placed(const std::string& path, Error error) {
+  error.message = fmt::format("'{}': {}", path, error.message);
+  return error;
+}
+
 }  // namespace btfc

@@ -22,4 +22,7 @@ class FileSource {
   std::uint64_t size_;
 };
 
+// The error, with the file that it is about.
+Error placed(const std::string& path, Error error);
+
 }  // namespace btfc

@@ -8,7 +8,6 @@
 
 #include "encoder/for_each_index.h"
 #include "tools/command.h"
-#include "tools/file_source.h"
 
 namespace btfc {
 namespace {
@@ -22,14 +21,6 @@ std::vector<std::string> channel_names(std::uint32_t count) {
   return names;
 }
 
-Result<Head> head_of(const std::string& path) {
-  const Result<FileSource> file = FileSource::open(path);
-  if (!file) return file.error();
-  const Result<OpenedFile> opened = open_file(file->source());
-  if (!opened) return placed(path, opened.error());
-  return opened->head;
-}
-
 // To 1e-4 degrees: the file keeps directions to some 1e-5 degrees, and names of files are ordered by them.
 Direction direction(const float (&v)[3]) {
   const Direction d = direction_from_vector({v[0], v[1], std::max(v[2], 0.0f)});
@@ -39,13 +30,9 @@ Direction direction(const float (&v)[3]) {
 
 }  // namespace
 
-bool has_directions(const btfc_texture* texture) {
-  return btfc_texture_views(texture) > 1 || btfc_texture_lights(texture) > 1;
-}
-
 Result<Dataset> decode_dataset(const std::string& path, const btfc_texture* texture,
                                std::optional<SampleType> type, const std::string& scratch_directory) {
-  const Result<Head> head = head_of(path);
+  const Result<Head> head = read_file_head(path);
   if (!head) return head.error();
   DatasetInfo info;
   info.width = head->width;

@@ -8,9 +8,6 @@
 
 namespace btfc {
 
-// Whether the texture has more than one view or light.
-bool has_directions(const btfc_texture* texture);
-
 // Decodes all pairs of all maps of `path`, loaded as `texture`, on the threads of the calling oneTBB arena,
 // in samples of `type` (default: the first map's). Quantity, colour space and wrapping are those of the file.
 Result<Dataset> decode_dataset(const std::string& path, const btfc_texture* texture,

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "format/container.h"
 #include "tools/file_source.h"
 
 namespace btfc {
@@ -27,17 +28,20 @@ Result<TexturePtr> load_texture(const std::string& path, const btfc_selection* s
     return s->read(s->user, offset, destination, size) ? 0 : 1;
   };
   btfc_error error{};
-  const auto placed = [&] {
-    Error e = from_api(error);
-    e.message = fmt::format("'{}': {}", path, e.message);
-    return e;
-  };
   btfc_reader* reader = nullptr;
-  if (btfc_reader_open(&source, nullptr, &reader, &error) != BTFC_OK) return placed();
+  if (btfc_reader_open(&source, nullptr, &reader, &error) != BTFC_OK) return placed(path, from_api(error));
   const std::unique_ptr<btfc_reader, ReaderFree> owned(reader);
   btfc_texture* texture = nullptr;
-  if (btfc_texture_load(reader, selection, &texture, &error) != BTFC_OK) return placed();
+  if (btfc_texture_load(reader, selection, &texture, &error) != BTFC_OK) return placed(path, from_api(error));
   return TexturePtr(texture);
+}
+
+Result<Head> read_file_head(const std::string& path) {
+  const Result<FileSource> file = FileSource::open(path);
+  if (!file) return file.error();
+  const Result<OpenedFile> opened = open_file(file->source());
+  if (!opened) return placed(path, opened.error());
+  return opened->head;
 }
 
 Result<std::uint32_t> map_number(const btfc_texture* texture, const std::string& name) {

@@ -5,6 +5,7 @@
 
 #include "btfc/btfc.hpp"
 #include "encoder/image.h"
+#include "format/head.h"
 #include "format/result.h"
 
 namespace btfc {
@@ -13,6 +14,9 @@ using TexturePtr = std::unique_ptr<btfc_texture, TextureFree>;
 
 // selection: as of btfc_texture_load.
 Result<TexturePtr> load_texture(const std::string& path, const btfc_selection* selection = nullptr);
+
+// What a file holds, by its HEAD; nothing else is read.
+Result<Head> read_file_head(const std::string& path);
 
 // One map of the texture, whole, in its own sample type.
 Result<Image> decode_map(const btfc_texture* texture, std::uint32_t map);

@@ -36,7 +36,8 @@ struct WeightedModel {
   std::uint32_t sets(const Head& head) const { return set_a_view ? head.views : 1; }
 };
 
-inline constexpr std::uint32_t kWeightedChunkTypes[] = {kDirs, four_cc("IMAG"), four_cc("MEAN"), four_cc("WGHT")};
+inline constexpr std::uint32_t kWeightedChunkTypes[] = {kDirs, four_cc("IMAG"), four_cc("MEAN"),
+                                                        four_cc("WGHT")};
 inline constexpr OptionSpec kWeightedOptions[] = {
     {"rank", "K", "components k beside the mean, 0 to 255 (default 8)"},
     {"precision", "f32|f16|u8", "of images and tables (default f32)"},
@@ -64,10 +65,10 @@ struct WeightedItem {
   LoadedItem item;
   WeightedShape shape;  // rank: of the levels that were read
   DirectionWords at;
-  std::uint32_t scale_word = 0;    // channel c of component k (0 is the mean) of set v has scale
-                                   // (v (rank + 1) + k) channels + c
-  std::uint32_t weight_scale = 0;  // number of the first scale of the weights
-  std::uint32_t weight_word = 0;   // rank elements a pair
+  std::uint32_t scale_word = 0;     // channel c of component k (0 is the mean) of set v has scale
+                                    // (v (rank + 1) + k) channels + c
+  std::uint32_t weight_scale = 0;   // number of the first scale of the weights
+  std::uint32_t weight_word = 0;    // rank elements a pair
   std::uint32_t rows_per_slot = 0;  // of slots 1 to 3: row set * texels + texel
 };
 Result<WeightedItem> weighted_load(const WeightedModel& model, const Head& head, ByteView parm,

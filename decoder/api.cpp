@@ -165,23 +165,26 @@ bool inside(const Head& head, std::int32_t x, std::int32_t y, std::uint32_t widt
          std::uint64_t(y) + height <= head.height;
 }
 
-// A rectangle inside the texture by the model's runs of values, rounded to samples row by row.
+// A rectangle inside the texture by the model's fast values, rounded to samples band by band.
 void decode_values_inside(const btfc_texture& texture, std::uint32_t map, BtfcQuery query,
                           std::uint32_t width, std::uint32_t height, btfc_sample sample, std::uint8_t* out,
                           std::size_t row_stride) {
   const std::vector<float> state = texture.model->begin_values(texture.item, map, query);
-  std::vector<float> row(std::size_t{width} * texture.item.head.maps[map].channels);
-  for (std::uint32_t r = 0; r < height; ++r, ++query.texel.y) {
-    texture.model->decode_values(texture.item, map, state, query, width, row.data());
-    std::uint8_t* to = out + r * row_stride;
-    if (sample == BTFC_FLOAT32) {
-      std::memcpy(to, row.data(), 4 * row.size());
-      continue;
-    }
-    const std::size_t bytes = bytes_of(sample);
-    for (const float value : row) {
-      store_value(value, sample, to);
-      to += bytes;
+  constexpr std::uint32_t kBandTexels = 65536, kLeastBand = 8;
+  const std::uint32_t band = std::min(height, std::max(kLeastBand, kBandTexels / width));
+  const std::size_t row = std::size_t{width} * texture.item.head.maps[map].channels;
+  std::vector<float> values(band * row);
+  for (std::uint32_t done = 0; done < height; done += band, query.texel.y += static_cast<int>(band)) {
+    const std::uint32_t rows = std::min(band, height - done);
+    texture.model->decode_values(texture.item, map, state, query, width, rows, values.data());
+    for (std::uint32_t r = 0; r < rows; ++r) {
+      const float* from = values.data() + r * row;
+      std::uint8_t* to = out + (done + r) * row_stride;
+      if (sample == BTFC_FLOAT32) {
+        std::memcpy(to, from, row * sizeof(float));
+        continue;
+      }
+      for (std::size_t i = 0; i < row; ++i) store_value(from[i], sample, to + i * bytes_of(sample));
     }
   }
 }

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cstring>
 
+#include "decoder/gm_values.h"
 #include "decoder/patch_rows.h"
 #include "decoder/table_values.h"
 #include "format/model_table.h"
+#include "shaders/models/gm.h"
 #include "shaders/models/lpca.h"
 #include "shaders/models/patch.h"
 #include "shaders/models/pca.h"
@@ -19,6 +21,10 @@ namespace {
 
 vec4 patch_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
   return patch_eval(words_of(item), params_of<PatchParams>(item, map), query);
+}
+
+vec4 gm_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  return gm_eval(words_of(item), params_of<GmParams>(item, map), query);
 }
 
 vec4 pca_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
@@ -58,6 +64,18 @@ void decode_with_state(const LoadedItem& item, std::uint32_t map, const std::vec
   }
 }
 
+// A rectangle row by row.
+template <void (*decode_row)(const LoadedItem&, std::uint32_t, const std::vector<float>&, const BtfcQuery&,
+                             std::uint32_t, float*)>
+void decode_by_rows(const LoadedItem& item, std::uint32_t map, const std::vector<float>& state,
+                    const BtfcQuery& query, std::uint32_t width, std::uint32_t height, float* out) {
+  BtfcQuery row = query;
+  for (std::uint32_t r = 0; r < height; ++r, ++row.texel.y) {
+    decode_row(item, map, state, row, width, out);
+    out += std::size_t{width} * item.head.maps[map].channels;
+  }
+}
+
 vec4 pcarf_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
   return pcarf_eval(words_of(item), params_of<PcarfParams>(item, map), query);
 }
@@ -68,14 +86,19 @@ vec4 lpca_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& q
 
 const DecoderModel kDecoders[] = {
     {ModelId::patch, patch_eval_cpu, true, patch_make_tables, patch_decode_rows, patch_decode_texels},
+    {ModelId::gm, gm_eval_cpu, false, nullptr, nullptr, nullptr, gm_begin_values, gm_decode_values},
     {ModelId::ptm, ptm_eval_cpu, false, nullptr, nullptr, nullptr,
-     begin_state<PtmParams, PtmState, ptm_begin>, decode_with_state<PtmParams, PtmState, ptm_texel>},
+     begin_state<PtmParams, PtmState, ptm_begin>,
+     decode_by_rows<decode_with_state<PtmParams, PtmState, ptm_texel>>},
     {ModelId::plm, plm_eval_cpu, false, nullptr, nullptr, nullptr,
-     begin_state<PlmParams, PlmState, plm_begin>, decode_with_state<PlmParams, PlmState, plm_texel>},
+     begin_state<PlmParams, PlmState, plm_begin>,
+     decode_by_rows<decode_with_state<PlmParams, PlmState, plm_texel>>},
     {ModelId::pcarf, pcarf_eval_cpu, false, nullptr, nullptr, nullptr, pcarf_begin_values,
-     pcarf_decode_values},
-    {ModelId::pca, pca_eval_cpu, false, nullptr, nullptr, nullptr, pca_begin_values, pca_decode_values},
-    {ModelId::lpca, lpca_eval_cpu, false, nullptr, nullptr, nullptr, lpca_begin_values, lpca_decode_values},
+     decode_by_rows<pcarf_decode_values>},
+    {ModelId::pca, pca_eval_cpu, false, nullptr, nullptr, nullptr, pca_begin_values,
+     decode_by_rows<pca_decode_values>},
+    {ModelId::lpca, lpca_eval_cpu, false, nullptr, nullptr, nullptr, lpca_begin_values,
+     decode_by_rows<lpca_decode_values>},
 };
 static_assert(std::size(kDecoders) == kModelCount);
 

@@ -30,13 +30,14 @@ struct DecoderModel {
   void (*decode_texels)(const LoadedItem& item, const std::vector<std::uint64_t>& tables, std::uint32_t map,
                         const std::int32_t* texels, std::size_t count, std::uint8_t* out) = nullptr;
 
-  // Of models with computed values. Optional second implementation for a run of texels of one row inside the
-  // texture, all under query's directions, beginning at query's texel: channels interleaved, tightly packed.
+  // Of models with computed values. Optional second implementation for a rectangle of texels inside the
+  // texture, all under query's directions, its top left one query's: channels interleaved, tightly packed.
   // `state` is what begin_values made for these directions. A test holds it against eval.
   std::vector<float> (*begin_values)(const LoadedItem& item, std::uint32_t map,
                                      const BtfcQuery& query) = nullptr;
   void (*decode_values)(const LoadedItem& item, std::uint32_t map, const std::vector<float>& state,
-                        const BtfcQuery& query, std::uint32_t width, float* out) = nullptr;
+                        const BtfcQuery& query, std::uint32_t width, std::uint32_t height,
+                        float* out) = nullptr;
 };
 
 const DecoderModel& decoder_model(ModelId id);

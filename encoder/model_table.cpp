@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "encoder/models/gm_fit.h"
 #include "encoder/models/lpca_fit.h"
 #include "encoder/models/patch_fit.h"
 #include "encoder/models/patch_joins.h"
@@ -19,6 +20,7 @@ const FileExchange kPtmFiles = {"ptm", ptm_import, ptm_export};
 
 const Fitter kFitters[] = {
     {ModelId::patch, InputKind::images, kPatchFitOptions, patch_fit, patch_file_joins},
+    {ModelId::gm, InputKind::dataset, kGmFitOptions, gm_fit, nullptr},
     {ModelId::ptm, InputKind::dataset, kPtmFitOptions, ptm_fit, nullptr, &kPtmFiles},
     {ModelId::plm, InputKind::dataset, kPlmFitOptions, plm_fit, nullptr},
     {ModelId::pcarf, InputKind::dataset, kPcarfFitOptions, pcarf_fit, nullptr},

@@ -37,6 +37,8 @@ struct FitSettings {
   unsigned threads = 0;  // 0: as many as the machine has
   // Called now and then from one thread: done of total units of work.
   std::function<void(std::size_t done, std::size_t total)> progress;
+  // Likewise, in words: how far a fit that may take long has come.
+  std::function<void(const std::string& state)> note;
 };
 
 // An image that the user asked for beside the file.

@@ -1,6 +1,7 @@
 // The rows of the model table.
 #include "format/model_table.h"
 
+#include "format/models/gm_payload.h"
 #include "format/models/lpca_payload.h"
 #include "format/models/patch_payload.h"
 #include "format/models/pca_payload.h"
@@ -14,6 +15,8 @@ namespace {
 const ModelFormat kModels[] = {
     {ModelId::patch, "patch", "sample + patch coordinates + minimum error boundary cuts",
      "spec/models/patch.md", kPatchChunkTypes, kPatchSizeOptions, patch_describe, patch_layout, patch_load},
+    {ModelId::gm, "gm", "Gaussian mixture over texel and directions, and the mean BRDF", "spec/models/gm.md",
+     kGmChunkTypes, kGmSizeOptions, gm_describe, gm_layout, gm_load},
     {ModelId::ptm, "ptm", "polynomial texture maps: a biquadratic of the light a view and texel",
      "spec/models/ptm.md", kPtmChunkTypes, kPtmSizeOptions, ptm_describe, ptm_layout, ptm_load},
     {ModelId::plm, "plm", "a Lafortune lobe a view and texel, a polynomial a pair of directions",

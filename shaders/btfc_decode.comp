@@ -39,6 +39,10 @@ uint btfc_word(uint handle, uint slot, uint index) {
 #include "models/pca.h"
 #define BTFC_PARAMS PcaParams
 #define BTFC_EVAL pca_eval
+#elif defined(BTFC_MODEL_gm)
+#include "models/gm.h"
+#define BTFC_PARAMS GmParams
+#define BTFC_EVAL gm_eval
 #elif defined(BTFC_MODEL_lpca)
 #include "models/lpca.h"
 #define BTFC_PARAMS LpcaParams

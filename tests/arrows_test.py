@@ -24,7 +24,7 @@ ARROWS = {
 # Libraries beside the standard one, for what ends up inside the decoder library; the others may use any.
 LIBRARIES = {
     "shaders": r"glm/.*",
-    "format": r"(fmt|glm)/.*|zstd\.h|xxhash\.h",
+    "format": r"(fmt|glm|hwy)/.*|zstd\.h|xxhash\.h",
     "btfc": r"std(def|int)\.h",
     "decoder": r"(fmt|glm|hwy)/.*|zstd\.h|xxhash\.h",
 }

@@ -12,12 +12,12 @@
 #include "encoder/input/dataset_read.h"
 #include "encoder/metrics/dataset_metrics.h"
 #include "encoder/models/gm_em.h"
-#include "encoder/models/gm_evaluate.h"
 #include "encoder/models/gm_gradient.h"
 #include "encoder/models/gm_random.h"
 #include "encoder/models/gm_refined.h"
 #include "encoder/models/gm_samples.h"
 #include "encoder/run_on_threads.h"
+#include "format/models/gm_evaluate.h"
 
 using namespace btfc;
 

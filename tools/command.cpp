@@ -71,6 +71,11 @@ std::function<void(std::size_t, std::size_t)> progress_line(const std::string& w
   };
 }
 
+std::function<void(const std::string&)> note_line() {
+  if (isatty(STDERR_FILENO) == 0) return {};
+  return [](const std::string& state) { fmt::print(stderr, "\r\033[K{}\n", state); };
+}
+
 void add_model_options(CLI::App& verb, const ModelFormat& model, std::span<const OptionSpec> options,
                        OptionValues& values) {
   for (const OptionSpec& option : options) {

@@ -50,6 +50,8 @@ class Report {
 
 // A progress line on standard error, on a terminal only.
 std::function<void(std::size_t done, std::size_t total)> progress_line(const std::string& what);
+// Lines in words, likewise.
+std::function<void(const std::string& state)> note_line();
 
 // Registers a model's options with a verb; what is given lands in values. An option that several models share
 // is registered once.

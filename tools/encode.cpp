@@ -135,6 +135,7 @@ int run(Arguments& a) {
   settings.seed = *seed;
   settings.threads = a.dataset.threads;
   settings.progress = progress_line("encoding");
+  settings.note = note_line();
   double read_seconds = 0;
   Result<FitResult> fitted = fit_inputs(a, fit, settings, read_seconds);
   if (!fitted) return stop(fitted.error());

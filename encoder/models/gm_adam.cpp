@@ -8,7 +8,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "encoder/models/gm_kernels-inl.h"
+#include "format/models/gm_kernels-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace btfc {

@@ -8,7 +8,7 @@
 
 #include "encoder/models/gm_gradient.h"
 #include "format/models/gm_field.h"
-#include "format/models/gm_payload.h"
+#include "format/models/gm_mixture.h"
 
 namespace btfc {
 

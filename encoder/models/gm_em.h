@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "encoder/models/gm_samples.h"
-#include "format/models/gm_payload.h"
+#include "format/models/gm_mixture.h"
 
 namespace btfc {
 

@@ -9,7 +9,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "encoder/models/gm_kernels-inl.h"
+#include "format/models/gm_kernels-inl.h"
 
 #ifndef BTFC_GM_EM_TILE
 #define BTFC_GM_EM_TILE

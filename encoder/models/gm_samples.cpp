@@ -85,7 +85,7 @@ GmSamples gm_samples(const Dataset& dataset, GmTransform transform) {
   out.values.resize(info.type == SampleType::unorm8 ? 256 : 65536);
   for (std::uint32_t code = 0; code < out.values.size(); ++code) {
     const float value = code_value(info.type, code);
-    out.values[code] = transform == GmTransform::log ? std::log2(1.0f + std::max(value, 0.0f)) : value;
+    out.values[code] = transform == GmTransform::log ? std::log1p(std::max(value, 0.0f)) : value;
   }
   if (info.type == SampleType::float16) {
     out.low = -1e30f;

@@ -6,7 +6,7 @@
 
 #include "encoder/dataset/dataset.h"
 #include "format/models/gm_field.h"
-#include "format/models/gm_payload.h"
+#include "format/models/gm_mixture.h"
 
 namespace btfc {
 
@@ -38,7 +38,7 @@ struct GmSamples {
                  std::uint32_t rows, float* out) const;
 };
 
-// How values are seen by the fit: as they are, or by log2(1 + value), for values without an upper end.
+// How values are seen by the fit: as they are, or by log(1 + value), for values without an upper end.
 enum class GmTransform { identity, log };
 
 // channels of the data set: 1 … 4.

@@ -43,6 +43,23 @@ std::vector<std::uint32_t> gm_component_words(const GmField& field) {
   return words;
 }
 
+GmField gm_field_of_words(const std::vector<std::uint32_t>& words, const GmParams& params) {
+  GmField field;
+  field.components = params.components;
+  field.stride = (params.components + kGmPad - 1) / kGmPad * kGmPad;
+  field.channels = params.all_channels;
+  field.width = static_cast<float>(params.width);
+  field.height = static_cast<float>(params.height);
+  field.wraps = params.wrap_u == 1;
+  field.data.assign(std::size_t{kGmFieldRows} * field.stride, 0.0f);
+  for (std::uint32_t m = field.components; m < field.stride; ++m) field.row(GM_HEIGHT)[m] = GM_NEVER;
+  for (std::uint32_t r = 0; r < kGmFieldRows; ++r) {
+    for (std::uint32_t m = 0; m < field.components; ++m)
+      field.row(r)[m] = std::bit_cast<float>(words[std::size_t{m} * GM_STRIDE + r]);
+  }
+  return field;
+}
+
 GmPairInputs gm_pair_inputs(const vec3& view, const vec3& light) {
   const GmDirections d = gm_directions(view, light);
   return {{d.view.x, d.view.y, d.light.x, d.light.y},

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "format/models/gm_payload.h"
+#include "format/models/gm_mixture.h"
 #include "shaders/models/gm.h"
 
 namespace btfc {
@@ -24,8 +24,9 @@ struct GmField {
 
 GmField gm_field(const GmMixture& mixture, std::uint32_t width, std::uint32_t height, bool wraps);
 
-// The words of slot GM_COMPONENTS.
+// The words of slot GM_COMPONENTS, and back.
 std::vector<std::uint32_t> gm_component_words(const GmField& field);
+GmField gm_field_of_words(const std::vector<std::uint32_t>& words, const GmParams& params);
 
 // A pair of directions: view a, b, light a, b; then the slopes view x, y, light x, y.
 struct GmPairInputs {

@@ -1,95 +1,80 @@
-// Model gm, format layer: a Gaussian mixture over place and directions, its codes, the coded mean BRDF, and
-// exact sizes.
+// Model gm, format layer: a mixture and the mean BRDF <-> chunks, words and sizes (spec/models/gm.md).
 #pragma once
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "format/coded_rows.h"
+#include "format/model_table.h"
+#include "format/models/gm_mixture.h"
 
 namespace btfc {
 
-inline constexpr std::uint32_t kGmMaxComponents = 65536;
-inline constexpr std::uint32_t kGmMaxChannels = 4;
-inline constexpr std::uint32_t kGmInputs = 6;  // x, y; view a, b; light a, b (shaders/models/gm.h)
+inline constexpr std::uint32_t kGmMostGates = 32;
+inline constexpr std::uint32_t kGmMostLevels = 16;
+inline constexpr std::uint32_t kGmMostMeanRank = 255;
 
-// How the mean BRDF is stored: a value a pair and channel, or factors of low rank.
-enum class GmMeanForm : std::uint8_t { f32 = 0, u8 = 1, coded = 2 };
+// compact: what decoding uses. paper: 9 means and 9 spreads of binary32 a component, and the weights.
+enum class GmLayout : std::uint8_t { compact = 0, paper = 1 };
 
-// Rows of a mixture: each has one number a component.
-inline constexpr std::uint32_t kGmMeanRow = 0;     // 6: mu; texels, radians
-inline constexpr std::uint32_t kGmSpreadRow = 6;   // 6: log2 sigma, so that steps are relative ones
-inline constexpr std::uint32_t kGmHeightRow = 12;  // log2 of w_m / (sigma_1 … sigma_6): the gate's peak
-inline constexpr std::uint32_t kGmOutputRow = 13;  // a row a channel: mu_7 …; then shear, if any: h_v, h_l
-
-struct GmShape {
-  std::uint32_t components = 0;  // M
-  std::uint32_t channels = 3;
+// PARM.
+struct GmParm {
+  std::uint32_t components = 600;  // M
+  std::uint32_t gates = 0;         // K; 0: all
+  std::uint32_t levels = 1;
+  GmLayout layout = GmLayout::compact;
+  Precision precision = Precision::u8;
+  GmMeanForm mean = GmMeanForm::coded;
+  std::uint32_t mean_rank = 0;  // of a coded mean
   bool shear = true;
-  bool operator==(const GmShape&) const = default;
-  std::uint32_t shear_row() const { return kGmOutputRow + channels; }
-  std::uint32_t rows() const { return kGmOutputRow + channels + (shear ? 2 : 0); }
-};
+  bool operator==(const GmParm&) const = default;
 
-// What decoding uses of a mixture: values[row * components + m].
-struct GmMixture {
-  GmShape shape;
-  std::vector<float> values;
-  bool operator==(const GmMixture&) const = default;
-  std::span<float> row(std::uint32_t r) {
-    return {values.data() + std::size_t{r} * shape.components, shape.components};
-  }
-  std::span<const float> row(std::uint32_t r) const {
-    return {values.data() + std::size_t{r} * shape.components, shape.components};
+  GmShape shape(const Head& head) const { return {components, head.channels(), shear}; }
+  // Rows of the stored array: those of a mixture; of `paper` means, spreads, the weight.
+  std::uint32_t rows(const Head& head) const {
+    return layout == GmLayout::paper ? 2 * (kGmInputs + head.channels()) + 1 : shape(head).rows();
   }
 };
-GmMixture gm_make_mixture(const GmShape& shape);
 
-// A mixture as it is stored: a row a row.
-struct GmCodes {
-  GmShape shape;
-  CodedRows rows;
-  bool operator==(const GmCodes&) const = default;
-};
-// scales: of u8, one a row; none: between the ends of each row.
-GmCodes gm_quantise(const GmMixture& mixture, Precision precision, std::span<const RowScale> scales = {});
-GmMixture gm_dequantise(const GmCodes& codes);
-
-// The mean BRDF. f32, u8: table[pair * channels + channel]. coded: of the view v, light l and channel c
-// sum over k of steps[k] * view_codes[k * views + v] * light_codes[(k * lights + l) * channels + c].
-struct GmMean {
-  GmMeanForm form = GmMeanForm::coded;
-  std::uint32_t views = 0, lights = 0, pairs = 0, channels = 3, rank = 0;
-  std::vector<float> table;
-  std::vector<float> steps;
-  std::vector<std::int8_t> view_codes, light_codes;
-  bool operator==(const GmMean&) const = default;
-};
-// A table entry of the pair'th pair, which is of this view and light.
-float gm_mean_value(const GmMean& mean, std::uint32_t pair, std::uint32_t view, std::uint32_t light,
-                    std::uint32_t channel);
-
+// What a file holds: rows x M numbers, of `paper` in binary32.
 struct GmPayload {
-  GmCodes mixture;
+  Directions directions;
+  CodedRows rows;
   GmMean mean;
-  bool operator==(const GmPayload&) const = default;
 };
 
-// Closed formulas, in bits; without head, parameters and directions.
-std::uint64_t gm_mixture_bits(const GmShape& shape, Precision precision);
-std::uint64_t gm_mean_bits(GmMeanForm form, std::uint32_t views, std::uint32_t lights, std::uint32_t pairs,
-                           std::uint32_t channels, std::uint32_t rank);
-std::uint64_t gm_formula_bits(const GmPayload& payload);
-// The seed's own count: 9 means and 9 spreads of 32 bits a component, without the weights, and the mean BRDF
-// of 8 or 32 bits a value.
-std::uint64_t gm_paper_bits(std::uint32_t components, std::uint32_t pairs, std::uint32_t channels,
-                            bool mean_f32);
-// The same with the M weights, without which eq. 9 cannot be evaluated: what the layout `paper` stores.
-std::uint64_t gm_paper_layout_bits(std::uint32_t components, std::uint32_t pairs, std::uint32_t channels,
-                                   bool mean_f32);
+// Options that the size formula needs; defaults where they are absent. samples: of the original, for the
+// default form of the mean in the layout `paper`.
+Result<GmParm> gm_parm_from_options(const OptionValues& options, SampleType samples);
 
-// Components by falling energy, so that a prefix is a coarse mixture: the share that a component's gate holds
-// of its neighbourhood is not known without data, so that energy[m] is given.
-GmMixture gm_ordered(const GmMixture& mixture, std::span<const double> energy);
+Bytes write_gm_parm(const GmParm& parm);
+// Rules GM1 and GM2.
+Result<GmParm> read_gm_parm(const Head& head, ByteView raw);
+
+// The closed formulas of spec/models/gm.md.
+std::uint64_t gm_formula_bits(const Head& head, const GmParm& parm);
+std::uint64_t gm_memory_bits(const Head& head, const GmParm& parm);
+
+std::vector<RawChunk> gm_write(const Head& head, const GmParm& parm, const GmPayload& payload);
+
+// Rows of the layout `paper` -> what decoding uses.
+GmMixture gm_mixture_of_paper(const CodedRows& rows, std::uint32_t channels);
+
+// The model's row.
+Result<ItemDescription> gm_describe(const OptionValues& options);
+Result<Layout> gm_layout(const Head& head, ByteView parm);
+Result<LoadedItem> gm_load(const Head& head, ByteView parm, const ChunkReader& read, std::uint32_t levels);
+inline constexpr std::uint32_t kGmChunkTypes[] = {kDirs, four_cc("GMIX"), four_cc("GSCL"), four_cc("MEAN")};
+inline constexpr OptionSpec kGmOptions[] = {
+    {"components", "M", "components of the mixture, 1 to 65536 (default 600)"},
+    {"gates", "K", "the K highest gates of a texel count, 1 to 32, or 0: all (default 0)"},
+    {"precision", "f32|f16|u8", "of the components' numbers (default u8; layout paper: f32)"},
+    {"mean-brdf", "u8|f32|coded",
+     "the mean BRDF: a table, or factors (default coded; layout paper: a table)"},
+    {"mean-rank", "R", "factors of a coded mean BRDF, 1 to 255 (default 8)"},
+    {"shear", "on|off", "two numbers a component for parallax and drift of shadows (default on)"},
+    {"layout", "compact|paper", "what decoding uses, or all that the paper counts (default compact)"},
+    {"levels", "N", "parts that each double the components, 1 to 16 (default 4)"},
+};
+extern const std::span<const OptionSpec> kGmSizeOptions;
 
 }  // namespace btfc

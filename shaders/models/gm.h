@@ -1,5 +1,6 @@
 // Model gm: a Gaussian mixture over texel and directions, evaluated as its conditional expectation (Filip,
-// Grim, Haindl, "A probabilistic approach to rough texture compression and rendering", eqs 8-11).
+// Grim, Haindl, "A probabilistic approach to rough texture compression and rendering", eqs 8-11;
+// spec/models/gm.md section 4).
 //
 // The gate of component m at input s = (x, y, view a, view b, light a, light b) is eq. 9 in base 2:
 //   l_m(s) = height_m - sum over n of scale_mn (s_n - mu_mn)^2,   scale = log2(e) / (2 sigma^2)
@@ -7,14 +8,15 @@
 // mu_x and mu_y drift with the directions (parallax, shadows) by two shears, h_v and h_l.
 #ifndef BTFC_GM_H
 #define BTFC_GM_H
-#include "../btfc_language.h"
+#include "../btfc_array.h"
+#include "../btfc_directions.h"
+#include "../btfc_light.h"
 #include "../btfc_math.h"
+#include "../btfc_query.h"
 
 BTFC_BEGIN
 
-// Word slots.
-const uint GM_COMPONENTS = 0u;  // GM_STRIDE floats a component
-const uint GM_LISTS = 1u;       // first word and count of each cell's list, then the lists
+const uint GM_COMPONENTS = 1u;  // the word slot of GM_STRIDE floats a component; slot 0 has the mean BRDF
 
 // Floats of a component: mu (6), scale (6), height, outputs (4), h_v, h_l, one left free.
 const uint GM_STRIDE = 20u;
@@ -27,19 +29,37 @@ const uint GM_MOST_GATES = 32u;
 
 // Slopes of grazing directions are those of this z: tan 78.5 degrees is the steepest.
 const float GM_LEAST_Z = 0.2f;
-// Far below any height: what has it never counts.
+// Below any gate of a valid file: what has it never counts.
 const float GM_NEVER = -1.0e30f;
+// Footprints beyond count as this, texels.
+const float GM_MOST_FOOTPRINT = 1048576.0f;
+// 1 / sigma^2 = 2 ln 2 scale.
+const float GM_TWO_LN2 = 1.38629436f;
 
+// Forms of the mean BRDF, and what was done to values before the fit (spec/registry.md).
+const uint GM_MEAN_CODED = 2u;
+const uint GM_TRANSFORM_LOG = 2u;
+
+// One map's parameters. Slot 0: direction tables, mean BRDF; slot 1: components.
 struct GmParams {
+  uint width;  // texels
+  uint height;
+  uint wrap_u;  // 1: distances in x, y are those on the torus
+  uint wrap_v;
+  uint channels;       // of the map
+  uint first_channel;  // among those of all maps
+  uint all_channels;
   uint components;
-  uint channels;
-  uint gates;   // K: the K highest gates count; 0: all
-  float width;  // texels of the tile
-  float height;
-  uint wraps;    // 1: distances in x, y are those on the torus
-  uint cells_x;  // lists: cells of cell_size texels; 0: no lists, every component is looked at
-  uint cells_y;
-  float cell_size;
+  uint gates;       // K: the K highest gates count; 0: all
+  uint views_word;  // where tables begin in slot 0
+  uint lights_word;
+  uint pairs_word;
+  uint view_count;
+  uint light_count;
+  uint mean_form;
+  uint mean_word;  // the table's elements; or steps, then view codes, then light codes
+  uint mean_rank;  // of GM_MEAN_CODED
+  uint transform;
 };
 
 // Onion-slice angles, signed: asin(x), atan2(y, z). The printed arccos(cos theta / cos xi) is the latter's
@@ -81,94 +101,156 @@ BTFC_FN float gm_number(BTFC_WORDS words, uint m, uint i) {
   return uintBitsToFloat(btfc_word(words, GM_COMPONENTS, m * GM_STRIDE + i));
 }
 
-// l_m at (x, y), texels. variance: that of the pixel's footprint, texels^2; it widens the spatial spreads and
-// lowers the peak as the convolution of two Gaussians does.
+// Scales of x and y once a footprint of that variance (texels^2) is added to the component's own, and what
+// its peak loses, as the convolution of two Gaussians does; powers of two.
+struct GmWider {
+  float x;
+  float y;
+  float peak;  // <= 0
+};
+
+BTFC_FN GmWider gm_wider(float scale_x, float scale_y, float variance) {
+  BTFC_PRECISE float wider_x = 1.0f + GM_TWO_LN2 * variance * scale_x;
+  BTFC_PRECISE float wider_y = 1.0f + GM_TWO_LN2 * variance * scale_y;
+  GmWider wider;
+  wider.x = scale_x / wider_x;
+  wider.y = scale_y / wider_y;
+  wider.peak = -0.5f * btfc_log2(wider_x) - 0.5f * btfc_log2(wider_y);
+  return wider;
+}
+
+// The variance of a box of so many texels beyond that of a texel, of which values are means already.
+BTFC_FN float gm_variance(float footprint) {
+  if (!(footprint > 1.0f)) return 0.0f;
+  float f = footprint < GM_MOST_FOOTPRINT ? footprint : GM_MOST_FOOTPRINT;
+  return (f * f - 1.0f) / 12.0f;
+}
+
+// What of l_m the four angles take.
+BTFC_FN float gm_angular(BTFC_WORDS words, uint m, BTFC_IN(GmDirections) d) {
+  float d0 = d.view.x - gm_number(words, m, 2u);
+  float d1 = d.view.y - gm_number(words, m, 3u);
+  float d2 = d.light.x - gm_number(words, m, 4u);
+  float d3 = d.light.y - gm_number(words, m, 5u);
+  BTFC_PRECISE float distance = gm_number(words, m, GM_SCALE + 2u) * d0 * d0;
+  distance = distance + gm_number(words, m, GM_SCALE + 3u) * d1 * d1;
+  distance = distance + gm_number(words, m, GM_SCALE + 4u) * d2 * d2;
+  distance = distance + gm_number(words, m, GM_SCALE + 5u) * d3 * d3;
+  return distance;
+}
+
+// l_m at (x, y), texels, over a footprint of that variance.
 BTFC_FN float gm_gate(BTFC_WORDS words, BTFC_IN(GmParams) p, uint m, float x, float y,
                       BTFC_IN(GmDirections) d, float variance) {
   float hv = gm_number(words, m, GM_SHEAR);
   float hl = gm_number(words, m, GM_SHEAR + 1u);
   BTFC_PRECISE float dx = x - gm_number(words, m, 0u) - hv * d.view_slope.x - hl * d.light_slope.x;
   BTFC_PRECISE float dy = y - gm_number(words, m, 1u) - hv * d.view_slope.y - hl * d.light_slope.y;
-  if (p.wraps == 1u) {
-    dx = gm_short_way(dx, p.width);
-    dy = gm_short_way(dy, p.height);
-  }
+  if (p.wrap_u == 1u) dx = gm_short_way(dx, float(p.width));
+  if (p.wrap_v == 1u) dy = gm_short_way(dy, float(p.height));
   float sx = gm_number(words, m, GM_SCALE);
   float sy = gm_number(words, m, GM_SCALE + 1u);
   float peak = gm_number(words, m, GM_HEIGHT);
   if (variance > 0.0f) {
-    // 1 + variance / sigma^2, with 1 / sigma^2 = 2 ln 2 scale.
-    BTFC_PRECISE float wider_x = 1.0f + 1.38629436f * variance * sx;
-    BTFC_PRECISE float wider_y = 1.0f + 1.38629436f * variance * sy;
-    sx = sx / wider_x;
-    sy = sy / wider_y;
-    peak = peak - 0.5f * btfc_log2(wider_x) - 0.5f * btfc_log2(wider_y);
+    GmWider wider = gm_wider(sx, sy, variance);
+    sx = wider.x;
+    sy = wider.y;
+    peak = peak + wider.peak;
   }
-  float d0 = d.view.x - gm_number(words, m, 2u);
-  float d1 = d.view.y - gm_number(words, m, 3u);
-  float d2 = d.light.x - gm_number(words, m, 4u);
-  float d3 = d.light.y - gm_number(words, m, 5u);
   BTFC_PRECISE float distance = sx * dx * dx + sy * dy * dy;
-  distance = distance + gm_number(words, m, GM_SCALE + 2u) * d0 * d0;
-  distance = distance + gm_number(words, m, GM_SCALE + 3u) * d1 * d1;
-  distance = distance + gm_number(words, m, GM_SCALE + 4u) * d2 * d2;
-  distance = distance + gm_number(words, m, GM_SCALE + 5u) * d3 * d3;
-  return peak - distance;
+  return peak - distance - gm_angular(words, m, d);
 }
 
-// A cell's list inside slot GM_LISTS: (first word, count).
-BTFC_FN uvec2 gm_list(BTFC_WORDS words, BTFC_IN(GmParams) p, float x, float y) {
-  if (p.cells_x == 0u) return uvec2(0u, p.components);
-  uint i = min(uint(x / p.cell_size), p.cells_x - 1u);
-  uint j = min(uint(y / p.cell_size), p.cells_y - 1u);
-  uint cell = 2u * (j * p.cells_x + i);
-  return uvec2(btfc_word(words, GM_LISTS, cell), btfc_word(words, GM_LISTS, cell + 1u));
+BTFC_FN vec4 gm_output(BTFC_WORDS words, BTFC_IN(GmParams) p, uint m) {
+  vec4 output_m = vec4(0.0f);
+  for (uint c = 0u; c < p.channels; c++)
+    output_m[int(c)] = gm_number(words, m, GM_OUTPUT + p.first_channel + c);
+  return output_m;
 }
 
-BTFC_FN uint gm_listed(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(uvec2) list, uint i) {
-  return p.cells_x == 0u ? i : btfc_word(words, GM_LISTS, list.x + i);
-}
+// All that the texels of a query's directions and footprint share.
+struct GmState {
+  GmDirections directions;
+  vec4 mean;       // the mean BRDF, before the transform is undone
+  vec4 far_limit;  // the mixture's own value where the footprint covers everything: 0 for one texel
+  float variance;  // of the footprint
+};
 
-BTFC_FN vec4 gm_output(BTFC_WORDS words, uint m) {
-  return vec4(gm_number(words, m, GM_OUTPUT), gm_number(words, m, GM_OUTPUT + 1u),
-              gm_number(words, m, GM_OUTPUT + 2u), gm_number(words, m, GM_OUTPUT + 3u));
-}
-
-// The sum of eq. 11 without the mean BRDF, over all components of the list. The largest gate is taken off
-// before 2^x, so that no query underflows.
-BTFC_FN vec4 gm_expectation_all(BTFC_WORDS words, BTFC_IN(GmParams) p, float x, float y,
-                                BTFC_IN(GmDirections) d, float variance) {
-  uvec2 list = gm_list(words, p, x, y);
-  float largest = GM_NEVER;
-  vec4 sum = vec4(0.0f);
-  float weights = 0.0f;
-  for (uint i = 0u; i < list.y; i++) {
-    uint m = gm_listed(words, p, list, i);
-    float gate = gm_gate(words, p, m, x, y, d, variance);
-    if (gate > largest) {  // the sums so far, seen from the new peak
-      float shrink = largest == GM_NEVER ? 0.0f : btfc_exp2(largest - gate);
-      sum = sum * shrink;
-      weights = weights * shrink;
-      largest = gate;
-    }
-    float w = btfc_exp2(gate - largest);
-    sum = sum + w * gm_output(words, m);
-    weights = weights + w;
+// What component m adds under a footprint. The more of its peak is gone, the more of it is the mixture's far
+// limit, which is taken off: what is left far away is the mean BRDF.
+BTFC_FN vec4 gm_output_seen(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(GmState) s, uint m) {
+  vec4 output_m = gm_output(words, p, m);
+  if (s.variance > 0.0f) {
+    GmWider wider = gm_wider(gm_number(words, m, GM_SCALE), gm_number(words, m, GM_SCALE + 1u), s.variance);
+    output_m = output_m - (1.0f - btfc_exp2(wider.peak)) * s.far_limit;
   }
-  return weights > 0.0f ? sum / weights : vec4(0.0f);
+  return output_m;
 }
 
-// The same over the K highest gates; of equal ones the first of the list.
-BTFC_FN vec4 gm_expectation_best(BTFC_WORDS words, BTFC_IN(GmParams) p, float x, float y,
-                                 BTFC_IN(GmDirections) d, float variance) {
+// A running sum of weighted outputs, all seen from the largest gate so far, so that no query underflows.
+struct GmSum {
+  vec4 outputs;
+  float weights;
+  float largest;
+};
+
+BTFC_FN GmSum gm_no_sum() {
+  GmSum sum;
+  sum.outputs = vec4(0.0f);
+  sum.weights = 0.0f;
+  sum.largest = GM_NEVER;
+  return sum;
+}
+
+BTFC_FN GmSum gm_add(BTFC_IN(GmSum) before, float gate, BTFC_IN(vec4) output_m) {
+  GmSum sum = before;
+  if (gate > sum.largest) {
+    float shrink = btfc_exp2(sum.largest - gate);
+    sum.outputs = sum.outputs * shrink;
+    sum.weights = sum.weights * shrink;
+    sum.largest = gate;
+  }
+  float w = btfc_exp2(gate - sum.largest);
+  sum.outputs = sum.outputs + w * output_m;
+  sum.weights = sum.weights + w;
+  return sum;
+}
+
+BTFC_FN vec4 gm_expectation(BTFC_IN(GmSum) sum) {
+  return sum.weights > 0.0f ? sum.outputs / sum.weights : vec4(0.0f);
+}
+
+// The limit of eq. 11's sum for an infinite footprint: every place counts alike.
+BTFC_FN vec4 gm_far_limit(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(GmDirections) d) {
+  GmSum sum = gm_no_sum();
+  for (uint m = 0u; m < p.components; m++) {
+    // A peak over sigma_x sigma_y is what its integral over x and y is proportional to.
+    float area = -0.5f * btfc_log2(gm_number(words, m, GM_SCALE)) -
+                 0.5f * btfc_log2(gm_number(words, m, GM_SCALE + 1u));
+    float gate = gm_number(words, m, GM_HEIGHT) + area - gm_angular(words, m, d);
+    sum = gm_add(sum, gate, gm_output(words, p, m));
+  }
+  return gm_expectation(sum);
+}
+
+// The sum of eq. 11 without the mean BRDF, over all components.
+BTFC_FN vec4 gm_of_all(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(GmState) s, float x, float y) {
+  GmSum sum = gm_no_sum();
+  for (uint m = 0u; m < p.components; m++) {
+    float gate = gm_gate(words, p, m, x, y, s.directions, s.variance);
+    sum = gm_add(sum, gate, gm_output_seen(words, p, s, m));
+  }
+  return gm_expectation(sum);
+}
+
+// The same over the K highest gates; of equal ones the first.
+BTFC_FN vec4 gm_of_best(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(GmState) s, float x, float y) {
   float best[GM_MOST_GATES];  // falling
   uint number[GM_MOST_GATES];
   uint kept = 0u;
   uint most = min(p.gates, GM_MOST_GATES);
-  uvec2 list = gm_list(words, p, x, y);
-  for (uint i = 0u; i < list.y; i++) {
-    uint m = gm_listed(words, p, list, i);
-    float gate = gm_gate(words, p, m, x, y, d, variance);
+  for (uint m = 0u; m < p.components; m++) {
+    float gate = gm_gate(words, p, m, x, y, s.directions, s.variance);
     if (kept == most && gate <= best[kept - 1u]) continue;
     uint at = kept < most ? kept : kept - 1u;
     while (at > 0u && best[at - 1u] < gate) {
@@ -180,20 +262,94 @@ BTFC_FN vec4 gm_expectation_best(BTFC_WORDS words, BTFC_IN(GmParams) p, float x,
     number[at] = m;
     if (kept < most) kept = kept + 1u;
   }
-  vec4 sum = vec4(0.0f);
-  float weights = 0.0f;
-  for (uint i = 0u; i < kept; i++) {
-    float w = btfc_exp2(best[i] - best[0]);
-    sum = sum + w * gm_output(words, number[i]);
-    weights = weights + w;
-  }
-  return weights > 0.0f ? sum / weights : vec4(0.0f);
+  GmSum sum = gm_no_sum();
+  for (uint i = 0u; i < kept; i++) sum = gm_add(sum, best[i], gm_output_seen(words, p, s, number[i]));
+  return gm_expectation(sum);
 }
 
-BTFC_FN vec4 gm_expectation(BTFC_WORDS words, BTFC_IN(GmParams) p, float x, float y, BTFC_IN(GmDirections) d,
-                            float variance) {
-  if (p.gates == 0u) return gm_expectation_all(words, p, x, y, d, variance);
-  return gm_expectation_best(words, p, x, y, d, variance);
+// Element of a row of signed codes, held as code + 128.
+BTFC_FN float gm_signed_code(BTFC_WORDS words, uint word, uint index) {
+  return btfc_element(words, 0u, word, BTFC_U8, index) - 128.0f;
+}
+
+// The mean BRDF as factors: sum over k of step_k (sum of view codes) (sum of light codes).
+BTFC_FN vec4 gm_coded_mean(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(BtfcCorners) view,
+                           BTFC_IN(BtfcCorners) light) {
+  uint view_word = p.mean_word + p.mean_rank;
+  uint light_word = view_word + (p.mean_rank * p.view_count + 3u) / 4u;
+  vec4 value = vec4(0.0f);
+  for (uint k = 0u; k < p.mean_rank; k++) {
+    float step_k = uintBitsToFloat(btfc_word(words, 0u, p.mean_word + k));
+    float of_view = 0.0f;
+    for (int i = 0; i < 3; i++)
+      of_view += view.weight[i] * gm_signed_code(words, view_word, k * p.view_count + view.index[i]);
+    for (uint c = 0u; c < p.channels; c++) {
+      float of_light = 0.0f;
+      for (int j = 0; j < 3; j++) {
+        uint row = (k * p.light_count + light.index[j]) * p.all_channels + p.first_channel + c;
+        of_light += light.weight[j] * gm_signed_code(words, light_word, row);
+      }
+      value[int(c)] += step_k * of_view * of_light;
+    }
+  }
+  return value;
+}
+
+// The mean BRDF as a table: the nine pairs around the query's.
+BTFC_FN vec4 gm_table_mean(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(BtfcCorners) view,
+                           BTFC_IN(BtfcCorners) light) {
+  uint precision_m = p.mean_form == 0u ? BTFC_F32 : BTFC_U8;
+  float step_m = p.mean_form == 0u ? 1.0f : 0.00392156886f;  // binary32 nearest to 1/255
+  vec4 value = vec4(0.0f);
+  for (int i = 0; i < 3; i++) {
+    for (int j = 0; j < 3; j++) {
+      float weight = view.weight[i] * light.weight[j];
+      if (weight == 0.0f) continue;
+      uint pair = btfc_pair(words, p.pairs_word, p.light_count, view.index[i], light.index[j]);
+      for (uint c = 0u; c < p.channels; c++) {
+        uint element = pair * p.all_channels + p.first_channel + c;
+        value[int(c)] += weight * step_m * btfc_element(words, 0u, p.mean_word, precision_m, element);
+      }
+    }
+  }
+  return value;
+}
+
+BTFC_FN GmState gm_begin(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(BtfcQuery) query) {
+  GmState s;
+  s.directions = gm_directions(btfc_upper_unit(query.view), btfc_upper_unit(query.light));
+  BtfcCorners view = btfc_corners(words, p.views_word, query.view);
+  BtfcCorners light = btfc_corners(words, p.lights_word, query.light);
+  if (p.mean_form == GM_MEAN_CODED) {
+    s.mean = gm_coded_mean(words, p, view, light);
+  } else {
+    s.mean = gm_table_mean(words, p, view, light);
+  }
+  s.variance = gm_variance(query.footprint);
+  s.far_limit = vec4(0.0f);
+  if (s.variance > 0.0f) s.far_limit = gm_far_limit(words, p, s.directions);
+  return s;
+}
+
+// exp(v) - 1 of each channel where values are logarithms.
+BTFC_FN vec4 gm_undo_transform(BTFC_IN(vec4) value, uint transform) {
+  if (transform != GM_TRANSFORM_LOG) return value;
+  vec4 linear = vec4(0.0f);
+  for (int c = 0; c < 4; c++) linear[c] = btfc_exp2(1.44269504f * value[c]) - 1.0f;
+  return linear;
+}
+
+BTFC_FN vec4 gm_eval(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(BtfcQuery) query) {
+  GmState s = gm_begin(words, p, query);
+  float x = float(btfc_wrap(query.texel.x, p.width, p.wrap_u)) + 0.5f;
+  float y = float(btfc_wrap(query.texel.y, p.height, p.wrap_v)) + 0.5f;
+  vec4 sum = vec4(0.0f);
+  if (p.gates == 0u) {
+    sum = gm_of_all(words, p, s, x, y);
+  } else {
+    sum = gm_of_best(words, p, s, x, y);
+  }
+  return gm_undo_transform(s.mean + sum, p.transform);
 }
 
 BTFC_END

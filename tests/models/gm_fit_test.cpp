@@ -8,14 +8,14 @@
 #include <vector>
 
 #include "encoder/models/gm_em.h"
-#include "encoder/models/gm_evaluate.h"
 #include "encoder/models/gm_gradient.h"
 #include "encoder/models/gm_random.h"
 #include "encoder/models/gm_refined.h"
 #include "encoder/models/gm_samples.h"
 #include "encoder/run_on_threads.h"
+#include "format/models/gm_evaluate.h"
 #include "format/models/gm_field.h"
-#include "format/models/gm_payload.h"
+#include "format/models/gm_mixture.h"
 #include "shaders/btfc_math.h"
 #include "shaders/models/gm.h"
 

@@ -16,6 +16,7 @@
 #include <cstdint>
 
 #include "format/models/gm_field.h"
+#include "format/models/gm_slice.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace btfc {
@@ -144,13 +145,6 @@ HWY_INLINE std::size_t gm_select_box(const GmField& field, const GmRows& rows, c
   return kept;
 }
 
-// Rows of what is left of a component once the directions are given.
-inline constexpr std::size_t kGmBase = 0;   // height less the angular distance
-inline constexpr std::size_t kGmPlace = 1;  // x, y: mu with the drift
-inline constexpr std::size_t kGmWidth = 3;  // scales of x, y
-inline constexpr std::size_t kGmValue = 5;  // outputs, four
-inline constexpr std::size_t kGmPairRows = 9;
-
 // The same for a rectangle of texels under one pair of directions, and with kGmPairRows rows. index numbers
 // the components of `rows`.
 HWY_INLINE std::size_t gm_select_pair(const GmField& field, const GmRows& rows, const GmBox& box, float reach,
@@ -210,8 +204,46 @@ HWY_INLINE std::size_t gm_select_pair(const GmField& field, const GmRows& rows, 
   return kept;
 }
 
+// Copies to `out`, rows of out_stride, what a slice's components may count for within a rectangle: without
+// those that together weigh less than `error` of the whole at each of its places. Returns how many, and pads
+// to a whole vector. low, high have room for slice.stride floats.
+HWY_INLINE std::size_t gm_select_tile(const GmSlice& slice, const GmBox& box, float error, float* low,
+                                      float* high, float* out, std::size_t out_stride) {
+  const GmLanes d;
+  const std::size_t lanes = hn::Lanes(d);
+  for (std::size_t m = 0; m < slice.stride; m += lanes) {
+    GmVec most = hn::LoadU(d, slice.row(kGmBase) + m), least = most;
+    for (std::size_t n = 0; n < 2; ++n) {
+      GmVec t = hn::Sub(hn::Set(d, n == 0 ? box.x : box.y), hn::LoadU(d, slice.row(kGmPlace + n) + m));
+      if (slice.wraps) t = gm_short(d, t, n == 0 ? slice.width : slice.height);
+      gm_bound(d, hn::Abs(t), hn::Set(d, n == 0 ? box.half_x : box.half_y),
+               hn::LoadU(d, slice.row(kGmWidth + n) + m), most, least);
+    }
+    hn::StoreU(most, d, high + m);
+    hn::StoreU(least, d, low + m);
+  }
+  const GmVec cut = hn::Set(d, gm_cut(low, high, slice.count, error));
+  std::size_t kept = 0;
+  for (std::size_t m = 0; m < slice.stride; m += lanes) {
+    const auto mask = hn::Ge(hn::LoadU(d, high + m), cut);
+    const std::size_t count = hn::CountTrue(d, mask);
+    if (count == 0) continue;
+    for (std::size_t r = 0; r < kGmValue + slice.channels; ++r) {
+      hn::CompressBlendedStore(hn::LoadU(d, slice.row(r) + m), mask, d, out + r * out_stride + kept);
+    }
+    kept += count;
+  }
+  for (std::size_t m = kept; m < (kept + kGmPad - 1) / kGmPad * kGmPad; ++m) {
+    for (std::size_t r = 0; r < kGmPairRows; ++r) out[r * out_stride + m] = 0;
+    out[kGmBase * out_stride + m] = GM_NEVER;
+  }
+  return kept;
+}
+
 // distance[m] = scale (x - mu)^2 of one column (axis 0) or row (axis 1) of texels, and the way x - mu itself.
-HWY_INLINE void gm_axis(const GmField& field, const float* pair_rows, std::size_t stride, std::size_t count,
+// Tile: a GmField or GmSlice, for its size.
+template <class Tile>
+HWY_INLINE void gm_axis(const Tile& field, const float* pair_rows, std::size_t stride, std::size_t count,
                         std::size_t axis, float position, float* way, float* distance) {
   const GmLanes d;
   for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
@@ -236,7 +268,20 @@ HWY_INLINE float gm_logits(const float* row_base, const float* column_distance, 
   return hn::GetLane(hn::MaxOfLanes(d, most));
 }
 
-// Leaves the `gates` highest logits and takes those below out. Ties with the last one stay.
+// Of logits at or above `low`, more than `gates`: takes out the lowest, of equal ones the last.
+HWY_INLINE void gm_drop_ties(std::size_t count, std::size_t gates, float low, float* gate) {
+  std::size_t kept = 0;
+  for (std::size_t m = 0; m < count; ++m) kept += gate[m] >= low;
+  for (; kept > gates; --kept) {
+    std::size_t worst = count;
+    for (std::size_t m = 0; m < count; ++m) {
+      if (gate[m] >= low && (worst == count || gate[m] <= gate[worst])) worst = m;
+    }
+    gate[worst] = GM_NEVER;
+  }
+}
+
+// Leaves the `gates` highest logits, of equal ones the first, and takes the others out.
 HWY_INLINE void gm_keep_best(std::size_t count, std::size_t gates, float most, float* gate) {
   const GmLanes d;
   if (count <= gates) return;
@@ -248,6 +293,7 @@ HWY_INLINE void gm_keep_best(std::size_t count, std::size_t gates, float most, f
     close += hn::CountTrue(d, hn::Ge(hn::LoadU(d, gate + m), hn::Set(d, most - 16.0f)));
   }
   if (close >= gates) low = most - 16.0f;
+  std::size_t at_least = count;  // logits at or above low, or more
   for (int step = 0; step < 24; ++step) {
     const float middle = 0.5f * (low + high);
     std::size_t above = 0;
@@ -255,9 +301,11 @@ HWY_INLINE void gm_keep_best(std::size_t count, std::size_t gates, float most, f
       above += hn::CountTrue(d, hn::Ge(hn::LoadU(d, gate + m), hn::Set(d, middle)));
     }
     if (above >= gates) low = middle;
+    if (above >= gates) at_least = above;
     if (above <= gates) high = middle;
     if (above == gates) break;
   }
+  if (at_least > gates) gm_drop_ties(count, gates, low, gate);
   for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
     const GmVec l = hn::LoadU(d, gate + m);
     hn::StoreU(hn::IfThenElse(hn::Ge(l, hn::Set(d, low)), l, hn::Set(d, GM_NEVER)), d, gate + m);

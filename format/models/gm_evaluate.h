@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "format/models/gm_field.h"
+#include "format/models/gm_slice.h"
 
 namespace btfc {
 
@@ -15,14 +15,14 @@ struct GmQuery {
 
 struct GmEvaluation {
   std::uint32_t gates = 0;  // K; 0: all
-  // Culling, powers of two. What is left out weighs less than M 2^-reach of the whole, so that a value is off
-  // by less than that times the range of the outputs, beside rounding.
-  float reach = 22;
+  // Components are left out that together weigh less than this share of the whole: a value is off by less
+  // than that times the range of the outputs, beside rounding.
+  float error = 1e-5f;
 };
 
 // values[(j * xs.size() + i) * channels + c] at (xs[i], ys[j]). On one thread.
-void gm_evaluate_image(const GmField& field, const GmPairInputs& directions, std::span<const float> xs,
-                       std::span<const float> ys, const GmEvaluation& how, std::span<float> values);
+void gm_evaluate_image(const GmSlice& slice, std::span<const float> xs, std::span<const float> ys,
+                       const GmEvaluation& how, std::span<float> values);
 
 // values[q * channels + c]. Queries are sorted into cells of place and directions, and each cell looks at the
 // components that may count within it. On one thread.

@@ -1,5 +1,5 @@
 // Images and batches with Highway.
-#include "encoder/models/gm_evaluate.h"
+#include "format/models/gm_evaluate.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,11 +10,11 @@
 #include <vector>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "encoder/models/gm_evaluate.cpp"
+#define HWY_TARGET_INCLUDE "format/models/gm_evaluate.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "encoder/models/gm_kernels-inl.h"
+#include "format/models/gm_kernels-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace btfc {
@@ -42,49 +42,40 @@ HWY_INLINE std::pair<float, float> extent(const float* values, std::size_t count
   return {0.5f * (*low + *high), 0.5f * (*high - *low)};
 }
 
-void image_target(const GmField& field, const GmPairInputs& directions, std::span<const float> xs,
-                  std::span<const float> ys, const GmEvaluation& how, std::span<float> values) {
+void image_target(const GmSlice& slice, std::span<const float> xs, std::span<const float> ys,
+                  const GmEvaluation& how, std::span<float> values) {
   const GmLanes d;
-  const std::size_t s = field.stride + kGmPad;
-  std::vector<float> room((4 + kGmFieldRows + kGmPairRows + 1 + 2 * kImageTile + 2) * s);
-  std::vector<std::uint32_t> index(2 * s);
+  const std::size_t s = slice.stride + kGmPad;
+  std::vector<float> room((2 + kGmPairRows + 1 + 2 * kImageTile + 2) * s);
   float* at = room.data();
   const auto take = [&](std::size_t rows) {
     float* out = at;
     at += rows * s;
     return out;
   };
-  float *upper = take(1), *base = take(1), *place_x = take(1), *place_y = take(1), *list = take(kGmFieldRows),
-        *pair = take(kGmPairRows), *way = take(1), *columns = take(kImageTile), *rows = take(kImageTile),
-        *row_base = take(1), *gate = take(1);
+  float *low = take(1), *high = take(1), *list = take(kGmPairRows), *way = take(1),
+        *columns = take(kImageTile), *rows = take(kImageTile), *row_base = take(1), *gate = take(1);
   GmBox box;
-  box.middle = directions;
-  std::tie(box.x, box.half_x) = extent(xs.data(), xs.size());
-  std::tie(box.y, box.half_y) = extent(ys.data(), ys.size());
-  const std::size_t image_count = gm_select_box(field, {field.data.data(), field.stride, field.stride}, box,
-                                                how.reach, upper, list, s, index.data());
-  const GmRows image_list{list, s, padded(image_count)};
   for (std::size_t y0 = 0; y0 < ys.size(); y0 += kImageTile) {
-    const std::size_t high = std::min(kImageTile, ys.size() - y0);
-    std::tie(box.y, box.half_y) = extent(ys.data() + y0, high);
+    const std::size_t tall = std::min(kImageTile, ys.size() - y0);
+    std::tie(box.y, box.half_y) = extent(ys.data() + y0, tall);
     for (std::size_t x0 = 0; x0 < xs.size(); x0 += kImageTile) {
       const std::size_t wide = std::min(kImageTile, xs.size() - x0);
       std::tie(box.x, box.half_x) = extent(xs.data() + x0, wide);
-      const std::size_t count = padded(gm_select_pair(field, image_list, box, how.reach, upper, base, place_x,
-                                                      place_y, pair, s, index.data() + s));
+      const std::size_t count = padded(gm_select_tile(slice, box, how.error, low, high, list, s));
       for (std::size_t i = 0; i < wide; ++i)
-        gm_axis(field, pair, s, count, 0, xs[x0 + i], way, columns + i * s);
-      for (std::size_t j = 0; j < high; ++j) gm_axis(field, pair, s, count, 1, ys[y0 + j], way, rows + j * s);
-      for (std::size_t j = 0; j < high; ++j) {
+        gm_axis(slice, list, s, count, 0, xs[x0 + i], way, columns + i * s);
+      for (std::size_t j = 0; j < tall; ++j) gm_axis(slice, list, s, count, 1, ys[y0 + j], way, rows + j * s);
+      for (std::size_t j = 0; j < tall; ++j) {
         for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
-          hn::StoreU(hn::Sub(hn::LoadU(d, pair + kGmBase * s + m), hn::LoadU(d, rows + j * s + m)), d,
+          hn::StoreU(hn::Sub(hn::LoadU(d, list + kGmBase * s + m), hn::LoadU(d, rows + j * s + m)), d,
                      row_base + m);
         }
         for (std::size_t i = 0; i < wide; ++i) {
           const float most = gm_logits(row_base, columns + i * s, count, gate);
           if (how.gates > 0) gm_keep_best(count, how.gates, most, gate);
-          float* out = values.data() + ((y0 + j) * xs.size() + x0 + i) * field.channels;
-          weigh(field.channels, pair + kGmValue * s, s, count, most, gate, out);
+          float* out = values.data() + ((y0 + j) * xs.size() + x0 + i) * slice.channels;
+          weigh(slice.channels, list + kGmValue * s, s, count, most, gate, out);
         }
       }
     }
@@ -96,6 +87,7 @@ void cell_target(const GmField& field, const GmQuery* queries, const std::uint32
                  std::size_t count, const GmEvaluation& how, float* room, std::uint32_t* index,
                  float* values) {
   const GmLanes d;
+  const float reach = std::log2(static_cast<float>(field.components) / how.error);
   const std::size_t s = field.stride + kGmPad;
   GmQuery low = queries[numbers[0]], high = low;
   const auto widen = [](float& least, float& most, float v) {
@@ -125,7 +117,7 @@ void cell_target(const GmField& field, const GmQuery* queries, const std::uint32
   }
   float *upper = room, *gate = room + s, *near = room + 2 * s, *list = room + (3 + kGmMaxChannels) * s;
   const std::size_t listed = padded(gm_select_box(field, {field.data.data(), field.stride, field.stride}, box,
-                                                  how.reach, upper, list, s, index));
+                                                  reach, upper, list, s, index));
   for (std::size_t i = 0; i < count; ++i) {
     const GmQuery& q = queries[numbers[i]];
     GmVec most = hn::Set(d, GM_NEVER);
@@ -149,7 +141,7 @@ void cell_target(const GmField& field, const GmQuery* queries, const std::uint32
     }
     // Of a list for the whole cell few components count here: they are drawn together first.
     const float best = hn::GetLane(hn::MaxOfLanes(d, most));
-    const GmVec least = hn::Set(d, best - how.reach);
+    const GmVec least = hn::Set(d, best - reach);
     std::size_t kept = 0;
     for (std::size_t m = 0; m < listed; m += hn::Lanes(d)) {
       const GmVec l = hn::LoadU(d, gate + m);
@@ -195,10 +187,10 @@ std::uint32_t part(float value, float low, float high, std::uint32_t parts) {
 
 }  // namespace
 
-void gm_evaluate_image(const GmField& field, const GmPairInputs& directions, std::span<const float> xs,
-                       std::span<const float> ys, const GmEvaluation& how, std::span<float> values) {
+void gm_evaluate_image(const GmSlice& slice, std::span<const float> xs, std::span<const float> ys,
+                       const GmEvaluation& how, std::span<float> values) {
   if (xs.empty() || ys.empty()) return;
-  HWY_DYNAMIC_DISPATCH(image_target)(field, directions, xs, ys, how, values);
+  HWY_DYNAMIC_DISPATCH(image_target)(slice, xs, ys, how, values);
 }
 
 void gm_evaluate_batch(const GmField& field, std::span<const GmQuery> queries, const GmEvaluation& how,

@@ -1,0 +1,58 @@
+// Slices of a mixture, image by image.
+#include "decoder/gm_values.h"
+
+#include <bit>
+
+#include "decoder/model_table.h"
+#include "format/models/gm_evaluate.h"
+#include "shaders/models/gm.h"
+
+namespace btfc {
+namespace {
+
+// The mean's four channels, then how many components the slice has, then its rows.
+constexpr std::size_t kCountAt = 4, kRowsAt = 5;
+
+}  // namespace
+
+std::vector<float> gm_begin_values(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  const auto p = params_of<GmParams>(item, map);
+  const GmState s = gm_begin(words_of(item), p, query);
+  const GmDirections& d = s.directions;
+  const GmPairInputs inputs{{d.view.x, d.view.y, d.light.x, d.light.y},
+                            {d.view_slope.x, d.view_slope.y, d.light_slope.x, d.light_slope.y}};
+  std::vector<float> rows;
+  const GmSlice slice = gm_slice(gm_field_of_words(item.words[GM_COMPONENTS], p), inputs, s.variance,
+                                 s.far_limit, kGmError, rows);
+  std::vector<float> state = {s.mean.x, s.mean.y, s.mean.z, s.mean.w, std::bit_cast<float>(slice.count)};
+  state.insert(state.end(), rows.begin(), rows.end());
+  return state;
+}
+
+void gm_decode_values(const LoadedItem& item, std::uint32_t map, const std::vector<float>& state,
+                      const BtfcQuery& query, std::uint32_t width, std::uint32_t height, float* out) {
+  const auto p = params_of<GmParams>(item, map);
+  GmSlice slice;
+  slice.count = std::bit_cast<std::uint32_t>(state[kCountAt]);
+  slice.stride = static_cast<std::uint32_t>((state.size() - kRowsAt) / kGmPairRows);
+  slice.channels = p.channels;
+  slice.width = static_cast<float>(p.width);
+  slice.height = static_cast<float>(p.height);
+  slice.wraps = p.wrap_u == 1;
+  slice.rows = state.data() + kRowsAt;
+  std::vector<float> xs(width), ys(height);
+  for (std::uint32_t i = 0; i < width; ++i)
+    xs[i] = static_cast<float>(static_cast<std::uint32_t>(query.texel.x) + i) + 0.5f;
+  for (std::uint32_t j = 0; j < height; ++j)
+    ys[j] = static_cast<float>(static_cast<std::uint32_t>(query.texel.y) + j) + 0.5f;
+  const std::span<float> values(out, std::size_t{width} * height * p.channels);
+  gm_evaluate_image(slice, xs, ys, {p.gates, kGmError}, values);
+  for (std::size_t i = 0; i < values.size(); i += p.channels) {
+    vec4 value(0);
+    for (std::uint32_t c = 0; c < p.channels; ++c) value[static_cast<int>(c)] = state[c] + values[i + c];
+    value = gm_undo_transform(value, p.transform);
+    for (std::uint32_t c = 0; c < p.channels; ++c) values[i + c] = value[static_cast<int>(c)];
+  }
+}
+
+}  // namespace btfc

@@ -1,0 +1,22 @@
+// Model gm, the fast CPU paths: rectangles under one pair of directions, batches of queries under any. Values
+// differ from the shared header's by rounding and by what culling leaves out (kGmError).
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "format/loaded_item.h"
+#include "shaders/btfc_query.h"
+
+namespace btfc {
+
+// Components that weigh less together are left out, so that a value is off by at most this times the range of
+// the mixture's outputs.
+inline constexpr float kGmError = 1e-5f;
+
+// See DecoderModel.
+std::vector<float> gm_begin_values(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query);
+void gm_decode_values(const LoadedItem& item, std::uint32_t map, const std::vector<float>& state,
+                      const BtfcQuery& query, std::uint32_t width, std::uint32_t height, float* out);
+
+}  // namespace btfc

@@ -10,12 +10,12 @@
 #include <string>
 
 #include "encoder/input/dataset_read.h"
-#include "encoder/metrics/dataset_metrics.h"
 #include "encoder/models/gm_em.h"
 #include "encoder/models/gm_gradient.h"
 #include "encoder/models/gm_random.h"
 #include "encoder/models/gm_refined.h"
 #include "encoder/models/gm_samples.h"
+#include "encoder/models/gm_score.h"
 #include "encoder/run_on_threads.h"
 #include "format/models/gm_evaluate.h"
 
@@ -33,38 +33,14 @@ double number(const Options& options, const std::string& name, double otherwise)
   return found == options.end() ? otherwise : std::stod(found->second);
 }
 
-double psnr_of(const GmSamples& samples, const GmMixture& mixture, std::uint32_t gates) {
-  const GmField field = gm_field(mixture, samples.width, samples.height, samples.wraps);
-  std::vector<double> squares(samples.groups.size());
-  GmGradientOptions options;
-  options.gradient = false;
-  options.gates = gates;
-  tbb::parallel_for(std::size_t{0}, samples.groups.size(), [&](std::size_t g) {
-    GmScratch scratch;
-    GmSums sums;
-    for (std::uint32_t y = 0; y < samples.height; y += kGmTile) {
-      for (std::uint32_t x = 0; x < samples.width; x += kGmTile) {
-        const GmVisit visit{x,
-                            y,
-                            std::min(kGmTile, samples.width - x),
-                            std::min(kGmTile, samples.height - y),
-                            &samples.groups[g],
-                            samples.groups[g].pairs};
-        gm_add_gradient(field, samples, visit, options, scratch, sums);
-      }
-    }
-    squares[g] = sums.squared_error;
-  });
-  double sum = 0;
-  for (const double s : squares) sum += s;
-  return -10 * std::log10(sum / (static_cast<double>(samples.count()) * samples.channels));
+std::uint64_t mean_bytes(const GmMean& mean) {
+  return gm_mean_bits(mean.form, mean.views, mean.lights, mean.pairs, mean.channels, mean.rank) / 8;
 }
 
 // Evaluation against the plain loop, one thread each: 800x800 texels under one pair, and random queries of
 // 8 gates.
-void decode_rates(const GmSamples& samples, const GmMixture& mixture) {
+void decode_rates(const GmSamples& samples, const GmMixture& mixture, float error) {
   const GmField field = gm_field(mixture, samples.width, samples.height, samples.wraps);
-  constexpr float kImageReach = 14;
   constexpr std::uint32_t kSide = 800, kPlain = 20000, kQueries = 2000000;
   std::vector<float> xs, ys;
   for (std::uint32_t i = 0; i < kSide; ++i) {
@@ -79,7 +55,9 @@ void decode_rates(const GmSamples& samples, const GmMixture& mixture) {
     return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   };
   const double fast = seconds([&] {
-    gm_evaluate_image(field, samples.pairs[pair], xs, ys, {0, kImageReach}, image);
+    std::vector<float> rows;
+    const GmSlice slice = gm_slice(field, samples.pairs[pair], 0, vec4(0), error, rows);
+    gm_evaluate_image(slice, xs, ys, {0, error}, image);
   });
   std::vector<GmQuery> queries;
   for (std::uint32_t i = 0; i < kPlain; ++i) {
@@ -108,7 +86,7 @@ void decode_rates(const GmSamples& samples, const GmMixture& mixture) {
     q.directions = samples.pairs[random.below(samples.pairs.size())];
   }
   std::vector<float> batch(std::size_t{kQueries} * samples.channels);
-  const double sorted = seconds([&] { gm_evaluate_batch(field, queries, {8, 14}, batch); }) / kQueries;
+  const double sorted = seconds([&] { gm_evaluate_batch(field, queries, {8, 1e-3f}, batch); }) / kQueries;
   const double one =
       seconds([&] { gm_evaluate_plain(field, std::span(queries).first(kPlain), 8, plain); }) / kPlain;
   double square = 0;
@@ -118,31 +96,6 @@ void decode_rates(const GmSamples& samples, const GmMixture& mixture) {
   }
   fmt::print("random queries, 8 gates: {:.2f} Mtexel/s, plain {:.4f}, ratio {:.0f}, rms difference {:.2e}\n",
              1e-6 / sorted, 1e-6 / one, one / sorted, std::sqrt(square / static_cast<double>(plain.size())));
-}
-
-// Mean SSIM over pairs, of values rounded to 8 bits.
-double ssim_of(const GmSamples& samples, const GmMixture& mixture) {
-  const Dataset& original = *samples.dataset;
-  auto decoded = Dataset::create(original.info(), "");
-  if (!decoded) return std::nan("");
-  const GmField field = gm_field(mixture, samples.width, samples.height, samples.wraps);
-  std::vector<float> xs, ys;
-  for (std::uint32_t x = 0; x < samples.width; ++x) xs.push_back(static_cast<float>(x) + 0.5f);
-  for (std::uint32_t y = 0; y < samples.height; ++y) ys.push_back(static_cast<float>(y) + 0.5f);
-  tbb::parallel_for(std::size_t{0}, samples.pairs.size(), [&](std::size_t p) {
-    std::vector<float> values(original.info().image_samples());
-    std::vector<std::uint16_t> codes(values.size());
-    gm_evaluate_image(field, samples.pairs[p], xs, ys, {0, 14}, values);
-    for (std::size_t i = 0; i < codes.size(); ++i) {
-      const float v = values[i] + samples.mean[p * samples.channels + i % samples.channels];
-      codes[i] = static_cast<std::uint16_t>(std::lround(std::clamp(v, 0.0f, 1.0f) * 255));
-    }
-    decoded->write_image(p, codes);
-  });
-  DatasetMetricOptions options;
-  options.measures = {true, false, false};
-  const auto metrics = compare_datasets(original, *decoded, options);
-  return metrics ? metrics->all.ssim : std::nan("");
 }
 
 // Expectation maximisation; with --plain 1 also the plain loop beside a pass, in the same run.
@@ -181,7 +134,7 @@ void fit_em(const GmSamples& samples, const Options& given) {
   const double seconds = now() - begin,
                cpu_seconds = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
   const GmEmSums all = gm_em_pass(samples, fit.mixture, {});
-  const double psnr = psnr_of(samples, gm_em_decoded(fit.mixture), 0);
+  const double psnr = gm_psnr(samples, gm_em_decoded(fit.mixture), 0);
   fmt::print(
       "em M {} every {}: psnr {:.3f} dB, likelihood of all {:.5f}, {} iterations, {} reseeded, {:.1f} s, of "
       "processors {:.1f} s\n",
@@ -225,8 +178,8 @@ int main(int argc, char** argv) {
     if (number(given, "bytes", 0) > 0) {
       // What is left for u8 components beside the mean, the ranges and a head of at most 256 bytes.
       const GmShape shape{0, samples.channels, o.shear};
-      const GmPayload empty{{shape, {Precision::u8, shape.rows(), 0, {}, {}}}, mean};
-      const double left = number(given, "bytes", 0) - 256 - static_cast<double>(gm_formula_bits(empty)) / 8;
+      const double left = number(given, "bytes", 0) - 256 - static_cast<double>(mean_bytes(mean)) -
+                          static_cast<double>(gm_mixture_bits(shape, Precision::u8)) / 8;
       o.components = static_cast<std::uint32_t>(left / shape.rows());
     }
     o.iterations = static_cast<std::uint64_t>(number(given, "iterations", 0));
@@ -272,18 +225,16 @@ int main(int argc, char** argv) {
     const GmRefined fit = gm_fit_refined(samples, o);
     const double seconds = now() - begin;
     const double cpu_seconds = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
-    const GmPayload payload{fit.codes, mean};
     if (number(given, "ranges", 0) != 0) print_ranges(gm_dequantise(fit.codes));
-    const double psnr = psnr_of(samples, gm_dequantise(fit.codes), o.gates);
-    if (number(given, "decode", 0) != 0) decode_rates(samples, gm_dequantise(fit.codes));
-    if (number(given, "ssim", 0) != 0) {
-      fmt::print("ssim {:.4f}\n", ssim_of(samples, gm_dequantise(fit.codes)));
-    }
+    const double psnr = gm_psnr(samples, gm_dequantise(fit.codes), o.gates);
+    if (number(given, "decode", 0) != 0)
+      decode_rates(samples, gm_dequantise(fit.codes), static_cast<float>(number(given, "error", 1e-4)));
     fmt::print(
         "{} M {} bytes {} psnr {:.3f} dB, {} steps, {:.1f} M samples, {:.1f} s, of processors {:.1f} s, "
         "check {:.1f} s\n",
-        argv[1], o.components, gm_formula_bits(payload) / 8, psnr, fit.iterations,
-        static_cast<double>(fit.samples) / 1e6, seconds, cpu_seconds, now() - begin - seconds);
+        argv[1], o.components, gm_mixture_bits(fit.codes.shape, o.precision) / 8 + mean_bytes(mean), psnr,
+        fit.iterations, static_cast<double>(fit.samples) / 1e6, seconds, cpu_seconds,
+        now() - begin - seconds);
   });
   return status;
 }

@@ -20,8 +20,8 @@ HWY_BEFORE_NAMESPACE();
 namespace btfc {
 namespace HWY_NAMESPACE {
 
-// Texels a side that share a list.
-constexpr std::size_t kImageTile = 8;
+// Texels a side that share a list; a multiple of every vector's lanes.
+constexpr std::size_t kImageTile = 16;
 
 std::size_t padded(std::size_t count) { return (count + kGmPad - 1) / kGmPad * kGmPad; }
 
@@ -42,19 +42,89 @@ HWY_INLINE std::pair<float, float> extent(const float* values, std::size_t count
   return {0.5f * (*low + *high), 0.5f * (*high - *low)};
 }
 
+// Room for a tile of an image, all of it rows of `stride` floats.
+struct ImageRoom {
+  std::size_t stride;
+  float *low, *high, *list, *way, *columns, *rows, *gate;
+};
+
+// A tile's texels one after another, a lane a component: any number of gates, any logits.
+HWY_INLINE void tile_by_texels(const GmSlice& slice, const ImageRoom& r, std::size_t count, std::size_t wide,
+                               std::size_t gates, const float* row_base, float* out) {
+  for (std::size_t i = 0; i < wide; ++i) {
+    const float most = gm_logits(row_base, r.columns + i * r.stride, count, r.gate);
+    if (gates > 0) gm_keep_best(count, gates, most, r.gate);
+    weigh(slice.channels, r.list + kGmValue * r.stride, r.stride, count, most, r.gate,
+          out + i * slice.channels);
+  }
+}
+
+// A row of kImageTile texels, a lane a texel, over all components; columns[m * kImageTile + i] are distances.
+// No logit is above 0, and at every texel one is above -kLeastSure: nothing that counts underflows.
+constexpr float kLeastSure = 60;
+template <std::size_t kChannels>
+HWY_INLINE void row_of_texels(const float* columns, const float* row_base, const float* values,
+                              std::size_t stride, std::size_t count, float* out) {
+  const GmLanes d;
+  for (std::size_t i = 0; i < kImageTile; i += hn::Lanes(d)) {
+    GmVec total = hn::Zero(d), s0 = total, s1 = total, s2 = total, s3 = total;
+    for (std::size_t m = 0; m < count; ++m) {
+      const GmVec l = hn::Sub(hn::Set(d, row_base[m]), hn::LoadU(d, columns + m * kImageTile + i));
+      const GmVec w = gm_exp2(d, l);
+      total = hn::Add(total, w);
+      s0 = hn::MulAdd(w, hn::Set(d, values[m]), s0);
+      if constexpr (kChannels > 1) s1 = hn::MulAdd(w, hn::Set(d, values[stride + m]), s1);
+      if constexpr (kChannels > 2) s2 = hn::MulAdd(w, hn::Set(d, values[2 * stride + m]), s2);
+      if constexpr (kChannels > 3) s3 = hn::MulAdd(w, hn::Set(d, values[3 * stride + m]), s3);
+    }
+    const GmVec inverse = hn::Div(hn::Set(d, 1.0f), total);
+    hn::StoreU(hn::Mul(s0, inverse), d, out + i);
+    if constexpr (kChannels > 1) hn::StoreU(hn::Mul(s1, inverse), d, out + kImageTile + i);
+    if constexpr (kChannels > 2) hn::StoreU(hn::Mul(s2, inverse), d, out + 2 * kImageTile + i);
+    if constexpr (kChannels > 3) hn::StoreU(hn::Mul(s3, inverse), d, out + 3 * kImageTile + i);
+  }
+}
+
+// columns[m * kImageTile + i] = scale (x_i - mu_m)^2.
+HWY_INLINE void texel_columns(const GmSlice& slice, const float* list, std::size_t stride, std::size_t count,
+                              const float* xs, float* columns) {
+  const GmLanes d;
+  for (std::size_t m = 0; m < count; ++m) {
+    const GmVec mu = hn::Set(d, list[kGmPlace * stride + m]), scale = hn::Set(d, list[kGmWidth * stride + m]);
+    for (std::size_t i = 0; i < kImageTile; i += hn::Lanes(d)) {
+      GmVec t = hn::Sub(hn::LoadU(d, xs + i), mu);
+      if (slice.wraps) t = gm_short(d, t, slice.width);
+      hn::StoreU(hn::Mul(hn::Mul(t, t), scale), d, columns + m * kImageTile + i);
+    }
+  }
+}
+
+HWY_INLINE void rows_of_texels(const GmSlice& slice, const ImageRoom& r, std::size_t count, std::size_t wide,
+                               const float* row_base, float* out) {
+  float planes[kGmMaxChannels * kImageTile];
+  const float* values = r.list + kGmValue * r.stride;
+  const std::size_t channels = slice.channels;
+  if (channels == 1) row_of_texels<1>(r.columns, row_base, values, r.stride, count, planes);
+  if (channels == 2) row_of_texels<2>(r.columns, row_base, values, r.stride, count, planes);
+  if (channels == 3) row_of_texels<3>(r.columns, row_base, values, r.stride, count, planes);
+  if (channels == 4) row_of_texels<4>(r.columns, row_base, values, r.stride, count, planes);
+  for (std::size_t i = 0; i < wide; ++i) {
+    for (std::size_t c = 0; c < channels; ++c) out[i * channels + c] = planes[c * kImageTile + i];
+  }
+}
+
 void image_target(const GmSlice& slice, std::span<const float> xs, std::span<const float> ys,
                   const GmEvaluation& how, std::span<float> values) {
   const GmLanes d;
   const std::size_t s = slice.stride + kGmPad;
-  std::vector<float> room((2 + kGmPairRows + 1 + 2 * kImageTile + 2) * s);
+  std::vector<float> room((2 + kGmPairRows + 1 + kImageTile + 2) * s);
   float* at = room.data();
   const auto take = [&](std::size_t rows) {
     float* out = at;
     at += rows * s;
     return out;
   };
-  float *low = take(1), *high = take(1), *list = take(kGmPairRows), *way = take(1),
-        *columns = take(kImageTile), *rows = take(kImageTile), *row_base = take(1), *gate = take(1);
+  ImageRoom r{s, take(1), take(1), take(kGmPairRows), take(1), take(kImageTile), take(1), take(1)};
   GmBox box;
   for (std::size_t y0 = 0; y0 < ys.size(); y0 += kImageTile) {
     const std::size_t tall = std::min(kImageTile, ys.size() - y0);
@@ -62,20 +132,31 @@ void image_target(const GmSlice& slice, std::span<const float> xs, std::span<con
     for (std::size_t x0 = 0; x0 < xs.size(); x0 += kImageTile) {
       const std::size_t wide = std::min(kImageTile, xs.size() - x0);
       std::tie(box.x, box.half_x) = extent(xs.data() + x0, wide);
-      const std::size_t count = padded(gm_select_tile(slice, box, how.error, low, high, list, s));
-      for (std::size_t i = 0; i < wide; ++i)
-        gm_axis(slice, list, s, count, 0, xs[x0 + i], way, columns + i * s);
-      for (std::size_t j = 0; j < tall; ++j) gm_axis(slice, list, s, count, 1, ys[y0 + j], way, rows + j * s);
+      const std::size_t kept = gm_select_tile(slice, box, how.error, r.low, r.high, r.list, s);
+      const std::size_t count = padded(kept);
+      const float sure = *std::max_element(r.low, r.low + slice.count),
+                  most = *std::max_element(r.high, r.high + slice.count);
+      const bool by_texels = how.gates > 0 || !(most - sure < kLeastSure);
+      if (by_texels) {
+        for (std::size_t i = 0; i < wide; ++i)
+          gm_axis(slice, r.list, s, count, 0, xs[x0 + i], r.way, r.columns + i * s);
+      } else {
+        float padded_xs[kImageTile];
+        for (std::size_t i = 0; i < kImageTile; ++i) padded_xs[i] = xs[x0 + std::min(i, wide - 1)];
+        texel_columns(slice, r.list, s, kept, padded_xs, r.columns);
+      }
+      const GmVec top = hn::Set(d, by_texels ? 0.0f : most);
       for (std::size_t j = 0; j < tall; ++j) {
+        gm_axis(slice, r.list, s, count, 1, ys[y0 + j], r.way, r.rows);
         for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
-          hn::StoreU(hn::Sub(hn::LoadU(d, list + kGmBase * s + m), hn::LoadU(d, rows + j * s + m)), d,
-                     row_base + m);
+          const GmVec base = hn::Sub(hn::LoadU(d, r.list + kGmBase * s + m), top);
+          hn::StoreU(hn::Sub(base, hn::LoadU(d, r.rows + m)), d, r.rows + m);
         }
-        for (std::size_t i = 0; i < wide; ++i) {
-          const float most = gm_logits(row_base, columns + i * s, count, gate);
-          if (how.gates > 0) gm_keep_best(count, how.gates, most, gate);
-          float* out = values.data() + ((y0 + j) * xs.size() + x0 + i) * slice.channels;
-          weigh(slice.channels, list + kGmValue * s, s, count, most, gate, out);
+        float* out = values.data() + ((y0 + j) * xs.size() + x0) * slice.channels;
+        if (by_texels) {
+          tile_by_texels(slice, r, count, wide, how.gates, r.rows, out);
+        } else {
+          rows_of_texels(slice, r, kept, wide, r.rows, out);
         }
       }
     }

@@ -15,7 +15,7 @@
 #include "encoder/run_on_threads.h"
 #include "format/models/gm_evaluate.h"
 #include "format/models/gm_field.h"
-#include "format/models/gm_mixture.h"
+#include "format/models/gm_payload.h"
 #include "shaders/btfc_math.h"
 #include "shaders/models/gm.h"
 
@@ -120,6 +120,23 @@ std::vector<GmQuery> random_queries(std::size_t count, const Kind& kind, std::ui
   return queries;
 }
 
+GmParams params_of_field(const GmField& field, std::uint32_t gates) {
+  GmParams p{};
+  p.width = static_cast<uint>(field.width);
+  p.height = static_cast<uint>(field.height);
+  p.wrap_u = p.wrap_v = field.wraps ? 1 : 0;
+  p.channels = p.all_channels = field.channels;
+  p.components = field.components;
+  p.gates = gates;
+  return p;
+}
+
+BtfcWords words_of_components(const std::vector<std::uint32_t>& words) {
+  BtfcWords all{};
+  all.slot[GM_COMPONENTS] = words.data();
+  return all;
+}
+
 double mean_square(const GmSamples& samples, const GmMixture& mixture) {
   const GmField field = gm_field(mixture, samples.width, samples.height, samples.wraps);
   GmGradientOptions options;
@@ -145,7 +162,17 @@ TEST(GmSizes, ThePapersCountsAndWhatTheyLeaveOut) {
   EXPECT_EQ(gm_paper_bits(500, 6561, 3, true), 917856u);
   EXPECT_EQ(gm_paper_bits(500, 6561, 3, false), 445464u);
   EXPECT_EQ(gm_paper_bits(600, 6561, 3, false), 62883u * 8);
-  EXPECT_EQ(gm_paper_layout_bits(600, 6561, 3, false), 65283u * 8);
+  Head head;
+  head.width = head.height = 256;
+  head.views = head.lights = 81;
+  head.pairs = 6561;
+  head.maps = {Map{}};
+  GmParm paper;
+  paper.layout = GmLayout::paper;
+  paper.precision = Precision::f32;
+  paper.mean = GmMeanForm::u8;
+  paper.shear = false;
+  EXPECT_EQ(gm_formula_bits(head, paper), (65283u + 16) * 8) << "with the weights, and PARM";
 }
 
 TEST(GmSizes, FormulaIsWhatTheCodesTake) {
@@ -155,6 +182,10 @@ TEST(GmSizes, FormulaIsWhatTheCodesTake) {
       const GmMixture mixture = random_mixture(37, kind, 5, shear);
       const GmCodes codes = gm_quantise(mixture, precision);
       EXPECT_EQ(gm_mixture_bits(mixture.shape, precision), 8 * write_coded_rows(codes.rows).size());
+      EXPECT_EQ(gm_level_begin(37, 3, 0), 0u);
+      EXPECT_EQ(gm_level_begin(37, 3, 1), 10u);
+      EXPECT_EQ(gm_level_begin(37, 3, 2), 19u);
+      EXPECT_EQ(gm_level_begin(37, 3, 3), 37u);
     }
   }
   const Dataset dataset = make_dataset(kind, woven);
@@ -257,19 +288,21 @@ TEST(GmEvaluate, HeaderImageAndBatchAgainstDoubles) {
         const auto queries = random_queries(3000, kind, 9);
         std::vector<float> plain(queries.size() * channels), batch(plain.size()), image(plain.size());
         gm_evaluate_plain(field, queries, gates, plain);
-        gm_evaluate_batch(field, queries, {gates, 22}, batch);
+        gm_evaluate_batch(field, queries, {gates, 1e-6f}, batch);
         const auto words = gm_component_words(field);
-        const BtfcWords all{{words.data(), nullptr, nullptr, nullptr}};
-        const GmParams params{150, channels, gates, field.width, field.height, wraps ? 1u : 0u, 0, 0, 1};
+        const BtfcWords all = words_of_components(words);
+        const GmParams params = params_of_field(field, gates);
         // A tie or a hair's breadth between the K-th gates may go either way: counted, not summed.
         std::size_t off = 0;
         for (std::size_t i = 0; i < queries.size(); ++i) {
           const GmPairInputs& in = queries[i].directions;
-          const GmDirections d{{in.angle[0], in.angle[1]},
-                               {in.angle[2], in.angle[3]},
-                               {in.slope[0], in.slope[1]},
-                               {in.slope[2], in.slope[3]}};
-          const vec4 header = gm_expectation(all, params, queries[i].x, queries[i].y, d, 0);
+          GmState s{};
+          s.directions = {{in.angle[0], in.angle[1]},
+                          {in.angle[2], in.angle[3]},
+                          {in.slope[0], in.slope[1]},
+                          {in.slope[2], in.slope[3]}};
+          const auto sum = gates == 0 ? gm_of_all : gm_of_best;
+          const vec4 header = sum(all, params, s, queries[i].x, queries[i].y);
           for (std::uint32_t c = 0; c < channels; ++c) {
             const float wanted = plain[i * channels + c];
             if (std::fabs(batch[i * channels + c] - wanted) > 1e-4f) ++off;
@@ -294,9 +327,14 @@ TEST(GmEvaluate, ImageIsTheBatchOfItsTexels) {
     for (const float x : xs) queries.push_back({x, y, directions});
   }
   std::vector<float> image(queries.size() * 3), plain(image.size());
-  gm_evaluate_image(field, directions, xs, ys, {}, image);
-  gm_evaluate_plain(field, queries, 0, plain);
-  for (std::size_t i = 0; i < image.size(); ++i) ASSERT_NEAR(image[i], plain[i], 1e-4) << i;
+  for (const float error : {1e-6f, 1e-3f}) {
+    std::vector<float> rows;
+    const GmSlice slice = gm_slice(field, directions, 0, vec4(0), error, rows);
+    gm_evaluate_image(slice, xs, ys, {0, error}, image);
+    gm_evaluate_plain(field, queries, 0, plain);
+    // Twice: once for the slice, once for a tile of it; outputs range over less than 3.
+    for (std::size_t i = 0; i < image.size(); ++i) ASSERT_NEAR(image[i], plain[i], 1e-5f + 6 * error) << i;
+  }
 }
 
 TEST(GmEvaluate, ExtremesStayFinite) {
@@ -336,13 +374,21 @@ TEST(GmEvaluate, FootprintWidensAndFlattens) {
   mixture.row(kGmOutputRow)[0] = 1;
   const GmField field = gm_field(mixture, 16, 16, false);
   const auto words = gm_component_words(field);
-  const BtfcWords all{{words.data(), nullptr, nullptr, nullptr}};
-  const GmParams params{2, 1, 0, 16, 16, 0, 0, 0, 1};
-  const GmDirections d = gm_directions(vec3(0, 0, 1), vec3(0, 0, 1));
-  EXPECT_NEAR(gm_expectation(all, params, 8, 8, d, 0).x, 32.0 / 33, 1e-5);
+  const BtfcWords all = words_of_components(words);
+  const GmParams params = params_of_field(field, 0);
+  GmState s{};
+  s.directions = gm_directions(vec3(0, 0, 1), vec3(0, 0, 1));
+  EXPECT_NEAR(gm_of_all(all, params, s, 8, 8).x, 32.0 / 33, 1e-5);
   // Variance 16 texels^2: the narrow peak falls by 1 + 16 / 0.25, the wide one by 1 + 16 / 256.
   const double narrow = 32.0 / 65, wide = 1.0 / (1 + 1.0 / 16);
-  EXPECT_NEAR(gm_expectation(all, params, 8, 8, d, 16).x, narrow / (narrow + wide), 1e-5);
+  s.variance = 16;
+  EXPECT_NEAR(gm_of_all(all, params, s, 8, 8).x, narrow / (narrow + wide), 1e-5);
+  // The far limit: weights by area, and with it taken off nothing is left far away.
+  const double far_narrow = 32 * 0.25, far_wide = 256;
+  s.far_limit = gm_far_limit(all, params, s.directions);
+  EXPECT_NEAR(s.far_limit.x, far_narrow / (far_narrow + far_wide), 1e-6);
+  s.variance = gm_variance(1e9f);
+  EXPECT_NEAR(gm_of_all(all, params, s, 3, 5).x, 0, 1e-6);
 }
 
 TEST(GmMean, FactorsConvergeAndMissingPairsCountForNothing) {

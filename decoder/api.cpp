@@ -160,6 +160,57 @@ void store_texel(const btfc_texture& texture, std::uint32_t map, const BtfcQuery
   }
 }
 
+BtfcQuery query_of(const btfc_query& from) {
+  BtfcQuery query;
+  query.texel = ivec2(from.x, from.y);
+  query.level = from.level;
+  query.view = vec3(from.view[0], from.view[1], from.view[2]);
+  query.light = vec3(from.light[0], from.light[1], from.light[2]);
+  query.footprint = from.footprint;
+  return query;
+}
+
+void eval_one(const btfc_texture& texture, const btfc_query& from, float* out) {
+  const vec4 value = texture.model->eval(texture.item, from.map, query_of(from));
+  std::memcpy(out, &value, texture.item.head.maps[from.map].channels * sizeof(float));
+}
+
+// Enough queries to be sorted before they are answered, and how many are held at once.
+constexpr std::size_t kManyQueries = 256, kHeldQueries = std::size_t{1} << 20;
+
+// The queries of each map that the model answers together; the others one by one.
+template <class QueryAt>
+void eval_many(const btfc_texture& texture, const QueryAt& query_at, std::size_t count, float* values,
+               std::size_t stride) {
+  std::vector<BtfcQuery> held;
+  std::vector<std::size_t> numbers;
+  std::vector<float> answers;
+  for (std::uint32_t map = 0; map < texture.item.head.maps.size(); ++map) {
+    const std::size_t channels = texture.item.head.maps[map].channels;
+    const auto answer = [&] {
+      if (held.empty()) return;
+      answers.resize(held.size() * channels);
+      texture.model->eval_queries(texture.item, map, held, answers.data());
+      for (std::size_t i = 0; i < numbers.size(); ++i)
+        std::memcpy(values + numbers[i] * stride, &answers[i * channels], channels * sizeof(float));
+      held.clear();
+      numbers.clear();
+    };
+    for (std::size_t q = 0; q < count; ++q) {
+      const btfc_query& from = *query_at(q);
+      if (from.map != map) continue;
+      if (from.footprint > 1) {
+        eval_one(texture, from, values + q * stride);
+        continue;
+      }
+      held.push_back(query_of(from));
+      numbers.push_back(q);
+      if (held.size() == kHeldQueries) answer();
+    }
+    answer();
+  }
+}
+
 bool inside(const Head& head, std::int32_t x, std::int32_t y, std::uint32_t width, std::uint32_t height) {
   return x >= 0 && y >= 0 && std::uint64_t(x) + width <= head.width &&
          std::uint64_t(y) + height <= head.height;
@@ -426,17 +477,13 @@ btfc_result btfc_eval(const btfc_texture* texture, btfc_scratch*, const btfc_que
     const std::uint32_t map = query_at(q)->map;
     if (map >= head.maps.size() || value_stride < head.maps[map].channels) return bad(nullptr, "");
   }
-  for (size_t q = 0; q < query_count; ++q) {
-    const btfc_query& from = *query_at(q);
-    BtfcQuery query;
-    query.texel = ivec2(from.x, from.y);
-    query.level = from.level;
-    query.view = vec3(from.view[0], from.view[1], from.view[2]);
-    query.light = vec3(from.light[0], from.light[1], from.light[2]);
-    query.footprint = from.footprint;
-    const vec4 value = texture->model->eval(texture->item, from.map, query);
-    std::memcpy(values + q * value_stride, &value, head.maps[from.map].channels * sizeof(float));
+  if (texture->model->eval_queries != nullptr && query_count >= kManyQueries) {
+    return guarded(nullptr, [&] {
+      eval_many(*texture, query_at, query_count, values, value_stride);
+      return BTFC_OK;
+    });
   }
+  for (size_t q = 0; q < query_count; ++q) eval_one(*texture, *query_at(q), values + q * value_stride);
   return BTFC_OK;
 }
 

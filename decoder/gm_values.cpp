@@ -13,17 +13,27 @@ namespace {
 // The mean's four channels, then how many components the slice has, then its rows.
 constexpr std::size_t kCountAt = 4, kRowsAt = 5;
 
+GmPairInputs inputs_of(const GmDirections& d) {
+  return {{d.view.x, d.view.y, d.light.x, d.light.y},
+          {d.view_slope.x, d.view_slope.y, d.light_slope.x, d.light_slope.y}};
+}
+
+// The mean and the mixture's share -> the value, in place.
+void finish_value(const GmParams& p, const float* mean, float* value) {
+  vec4 sum(0);
+  for (std::uint32_t c = 0; c < p.channels; ++c) sum[static_cast<int>(c)] = mean[c] + value[c];
+  sum = gm_undo_transform(sum, p.transform);
+  for (std::uint32_t c = 0; c < p.channels; ++c) value[c] = sum[static_cast<int>(c)];
+}
+
 }  // namespace
 
 std::vector<float> gm_begin_values(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
   const auto p = params_of<GmParams>(item, map);
   const GmState s = gm_begin(words_of(item), p, query);
-  const GmDirections& d = s.directions;
-  const GmPairInputs inputs{{d.view.x, d.view.y, d.light.x, d.light.y},
-                            {d.view_slope.x, d.view_slope.y, d.light_slope.x, d.light_slope.y}};
   std::vector<float> rows;
-  const GmSlice slice = gm_slice(gm_field_of_words(item.words[GM_COMPONENTS], p), inputs, s.variance,
-                                 s.far_limit, kGmError, rows);
+  const GmSlice slice = gm_slice(gm_field_of_words(item.words[GM_COMPONENTS], p), inputs_of(s.directions),
+                                 s.variance, s.far_limit, kGmError, rows);
   std::vector<float> state = {s.mean.x, s.mean.y, s.mean.z, s.mean.w, std::bit_cast<float>(slice.count)};
   state.insert(state.end(), rows.begin(), rows.end());
   return state;
@@ -47,12 +57,25 @@ void gm_decode_values(const LoadedItem& item, std::uint32_t map, const std::vect
     ys[j] = static_cast<float>(static_cast<std::uint32_t>(query.texel.y) + j) + 0.5f;
   const std::span<float> values(out, std::size_t{width} * height * p.channels);
   gm_evaluate_image(slice, xs, ys, {p.gates, kGmError}, values);
-  for (std::size_t i = 0; i < values.size(); i += p.channels) {
-    vec4 value(0);
-    for (std::uint32_t c = 0; c < p.channels; ++c) value[static_cast<int>(c)] = state[c] + values[i + c];
-    value = gm_undo_transform(value, p.transform);
-    for (std::uint32_t c = 0; c < p.channels; ++c) values[i + c] = value[static_cast<int>(c)];
+  for (std::size_t i = 0; i < values.size(); i += p.channels) finish_value(p, state.data(), &values[i]);
+}
+
+void gm_eval_queries(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries,
+                     float* out) {
+  const auto p = params_of<GmParams>(item, map);
+  const BtfcWords words = words_of(item);
+  std::vector<GmQuery> inputs(queries.size());
+  std::vector<vec4> means(queries.size());
+  for (std::size_t q = 0; q < queries.size(); ++q) {
+    const GmState s = gm_begin(words, p, queries[q]);
+    means[q] = s.mean;
+    inputs[q] = {static_cast<float>(btfc_wrap(queries[q].texel.x, p.width, p.wrap_u)) + 0.5f,
+                 static_cast<float>(btfc_wrap(queries[q].texel.y, p.height, p.wrap_v)) + 0.5f,
+                 inputs_of(s.directions)};
   }
+  const std::span<float> values(out, queries.size() * p.channels);
+  gm_evaluate_batch(gm_field_of_words(item.words[GM_COMPONENTS], p), inputs, {p.gates, kGmError}, values);
+  for (std::size_t q = 0; q < queries.size(); ++q) finish_value(p, &means[q].x, &values[q * p.channels]);
 }
 
 }  // namespace btfc

@@ -86,7 +86,8 @@ vec4 lpca_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& q
 
 const DecoderModel kDecoders[] = {
     {ModelId::patch, patch_eval_cpu, true, patch_make_tables, patch_decode_rows, patch_decode_texels},
-    {ModelId::gm, gm_eval_cpu, false, nullptr, nullptr, nullptr, gm_begin_values, gm_decode_values},
+    {ModelId::gm, gm_eval_cpu, false, nullptr, nullptr, nullptr, gm_begin_values, gm_decode_values,
+     gm_eval_queries},
     {ModelId::ptm, ptm_eval_cpu, false, nullptr, nullptr, nullptr,
      begin_state<PtmParams, PtmState, ptm_begin>,
      decode_by_rows<decode_with_state<PtmParams, PtmState, ptm_texel>>},

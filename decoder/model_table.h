@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <span>
 #include <vector>
 
 #include "format/loaded_item.h"
@@ -38,6 +39,10 @@ struct DecoderModel {
   void (*decode_values)(const LoadedItem& item, std::uint32_t map, const std::vector<float>& state,
                         const BtfcQuery& query, std::uint32_t width, std::uint32_t height,
                         float* out) = nullptr;
+  // Optional second implementation for many queries of one map under any directions, of one texel's
+  // footprint: values tightly packed. A test holds it against eval.
+  void (*eval_queries)(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries,
+                       float* out) = nullptr;
 };
 
 const DecoderModel& decoder_model(ModelId id);

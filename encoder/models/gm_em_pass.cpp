@@ -118,20 +118,22 @@ HWY_INLINE std::size_t em_select(const EmField& field, const GmSamples& samples,
       reach > 0 ? hn::Set(d, hn::GetLane(hn::MaxOfLanes(d, sure)) - reach) : hn::Set(d, 0.5f * GM_NEVER);
   std::size_t kept = 0;
   const hn::RebindToUnsigned<GmLanes> du;
+  const auto lane = hn::Iota(du, 0);  // slow: not in the loop
   for (std::size_t m = 0; m < field.stride; m += lanes) {
     const auto mask = hn::Ge(hn::LoadU(d, r.upper + m), least);
     const std::size_t count = hn::CountTrue(d, mask);
     if (count == 0) continue;
     const auto keep = [&](const float* from, std::size_t row) HWY_ATTR {
-      hn::CompressBlendedStore(hn::LoadU(d, from), mask, d, r.list + row * r.stride + kept);
+      hn::StoreU(hn::Compress(hn::LoadU(d, from), mask), d, r.list + row * r.stride + kept);
     };
     keep(r.base + m, kEmBase);
     for (std::size_t n = 0; n < dims; ++n) {
       keep(field.mean.data() + em_dimension(n) * field.stride + m, kEmMean + n);
       keep(field.scale.data() + em_dimension(n) * field.stride + m, kEmScale + n);
     }
-    hn::CompressBlendedStore(hn::Iota(du, static_cast<std::uint32_t>(m)), hn::RebindMask(du, mask), du,
-                             r.index + kept);
+    hn::StoreU(
+        hn::Compress(hn::Add(lane, hn::Set(du, static_cast<std::uint32_t>(m))), hn::RebindMask(du, mask)), du,
+        r.index + kept);
     kept += count;
   }
   for (std::size_t m = kept; m < (kept + kGmPad - 1) / kGmPad * kGmPad; ++m) {

@@ -207,7 +207,7 @@ void visit_target(const GmField& field, const GmSamples& samples, const GmVisit&
   box.y = static_cast<float>(visit.y) + 0.5f + box.half_y;
   const GmRows all{field.data.data(), field.stride, field.stride};
   const std::size_t group_count =
-      gm_select_box(field, all, box, options.reach, r.upper, r.list, r.stride, r.group_index);
+      gm_select_box(field, all, box, {options.reach, 0}, r.upper, nullptr, r.list, r.stride, r.group_index);
   const std::size_t group_padded = (group_count + kGmPad - 1) / kGmPad * kGmPad;
   const GmRows list{r.list, r.stride, group_padded};
   if (options.gradient) {

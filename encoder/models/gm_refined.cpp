@@ -132,16 +132,17 @@ class Fit {
     double reported = begin, squares = 0, listed = 0;
     std::uint64_t seen = 0, seen_all = 0;
     bool falling = false;
+    const std::uint64_t every = split_every(total);
     while (total == 0 || step < total) {
       if (!falling && step > 0 && (total > 0 ? step >= steady_steps(total) : must_fall(step, begin))) {
         falling = true;
+        while (master_.components < options_.components) split();
         if (total == 0) total = total_for(step);
         fall_begin_ = step;
         begin_rounding();
       }
-      if (!falling && step > 0 && step % options_.split_every == 0) split();
-      const bool gather = falling ? total - step <= kGatherSteps
-                                  : options_.split_every - 1 - step % options_.split_every < kGatherSteps;
+      if (!falling && step > 0 && step % every == 0) split();
+      const bool gather = falling ? total - step <= kGatherSteps : every - 1 - step % every < kGatherSteps;
       adam_.scale = options_.rate;
       if (falling) {
         adam_.scale *= 1 - static_cast<float>(step - fall_begin_) / static_cast<float>(total - fall_begin_);
@@ -169,6 +170,16 @@ class Fit {
 
   static std::uint64_t steady_steps(std::uint64_t total) {
     return static_cast<std::uint64_t>(static_cast<double>(total) * (1 - kFallShare));
+  }
+  // Steps between splits: as asked, or fewer so that a short fit has all its components before the fall.
+  std::uint64_t split_every(std::uint64_t total) const {
+    if (total == 0) return options_.split_every;
+    std::uint64_t splits = 2;  // the last components settle for as long as the others
+    for (std::uint32_t m = master_.components; m < options_.components; m = grown(m)) ++splits;
+    return std::clamp<std::uint64_t>(steady_steps(total) / splits, 1, options_.split_every);
+  }
+  std::uint32_t grown(std::uint32_t count) const {
+    return static_cast<std::uint32_t>(static_cast<float>(count) * options_.growth) + 1;
   }
   // The least number of steps whose steady part is this long.
   static std::uint64_t total_for(std::uint64_t steady) {
@@ -292,13 +303,12 @@ class Fit {
     }
     const double mean = std::accumulate(usage.begin(), usage.end(), 0.0) / count;
     const double mean_error = std::accumulate(error.begin(), error.end(), 0.0) / count;
+    const std::uint32_t target = std::min(options_.components, grown(count));
     std::vector<std::uint32_t> places;
+    for (std::uint32_t m = count; m < target; ++m) places.push_back(m);
     for (std::uint32_t m = 0; m < count; ++m) {
       if (usage[m] < 0.03 * mean && error[m] < 0.03 * mean_error) places.push_back(m);
     }
-    const auto grown = static_cast<std::uint32_t>(static_cast<float>(count) * options_.growth) + 1;
-    const std::uint32_t target = std::min(options_.components, grown);
-    for (std::uint32_t m = count; m < target; ++m) places.push_back(m);
     std::vector<std::uint32_t> worst(count);
     std::iota(worst.begin(), worst.end(), 0u);
     std::stable_sort(worst.begin(), worst.end(), [&](auto a, auto b) { return error[a] > error[b]; });

@@ -163,19 +163,16 @@ void image_target(const GmSlice& slice, std::span<const float> xs, std::span<con
   }
 }
 
-// Queries of one cell, by number.
-void cell_target(const GmField& field, const GmQuery* queries, const std::uint32_t* numbers,
-                 std::size_t count, const GmEvaluation& how, float* room, std::uint32_t* index,
-                 float* values) {
-  const GmLanes d;
-  const float reach = std::log2(static_cast<float>(field.components) / how.error);
-  const std::size_t s = field.stride + kGmPad;
+// The box of some queries, by number.
+HWY_INLINE GmBox box_of(const GmQuery* queries, std::span<const std::uint32_t> numbers) {
   GmQuery low = queries[numbers[0]], high = low;
   const auto widen = [](float& least, float& most, float v) {
     least = std::min(least, v);
     most = std::max(most, v);
   };
-  for (std::size_t i = 1; i < count; ++i) {
+  constexpr std::size_t kAhead = 12;  // queries lie anywhere in memory
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (i + kAhead < numbers.size()) __builtin_prefetch(&queries[numbers[i + kAhead]]);
     const GmQuery& q = queries[numbers[i]];
     widen(low.x, high.x, q.x);
     widen(low.y, high.y, q.y);
@@ -196,53 +193,118 @@ void cell_target(const GmField& field, const GmQuery* queries, const std::uint32
     box.middle.slope[n] = 0.5f * (low.directions.slope[n] + high.directions.slope[n]);
     box.half.slope[n] = 0.5f * (high.directions.slope[n] - low.directions.slope[n]);
   }
-  float *upper = room, *gate = room + s, *near = room + 2 * s, *list = room + (3 + kGmMaxChannels) * s;
-  const std::size_t listed = padded(gm_select_box(field, {field.data.data(), field.stride, field.stride}, box,
-                                                  reach, upper, list, s, index));
-  for (std::size_t i = 0; i < count; ++i) {
-    const GmQuery& q = queries[numbers[i]];
-    GmVec most = hn::Set(d, GM_NEVER);
-    for (std::size_t m = 0; m < listed; m += hn::Lanes(d)) {
-      const auto row = [&](std::size_t r) HWY_ATTR { return hn::LoadU(d, list + r * s + m); };
-      const GmVec hv = row(GM_SHEAR), hl = row(GM_SHEAR + 1);
-      GmVec l = row(GM_HEIGHT);
-      for (std::size_t n = 0; n < 2; ++n) {
-        GmVec t = hn::Sub(hn::Set(d, n == 0 ? q.x : q.y), row(n));
-        t = hn::NegMulAdd(hv, hn::Set(d, q.directions.slope[n]), t);
-        t = hn::NegMulAdd(hl, hn::Set(d, q.directions.slope[2 + n]), t);
-        if (field.wraps) t = gm_short(d, t, n == 0 ? field.width : field.height);
-        l = hn::NegMulAdd(row(GM_SCALE + n), hn::Mul(t, t), l);
-      }
-      for (std::size_t n = 0; n < 4; ++n) {
-        const GmVec t = hn::Sub(hn::Set(d, q.directions.angle[n]), row(2 + n));
-        l = hn::NegMulAdd(row(GM_SCALE + 2 + n), hn::Mul(t, t), l);
-      }
-      hn::StoreU(l, d, gate + m);
-      most = hn::Max(most, l);
+  return box;
+}
+
+// Copies the logits at or above `least` to the begin of `out`, which may be `gate`, and their numbers (from
+// `from`, or their own) to `index`, padded to a whole vector with what weighs nothing. Both have room for
+// kGmPad more than they hold.
+HWY_INLINE std::size_t draw_together(const float* gate, const std::int32_t* from, std::size_t count,
+                                     float least, float* out, std::int32_t* index) {
+  const GmLanes d;
+  const hn::RebindToSigned<GmLanes> di;
+  const auto lane = hn::Iota(di, 0);  // slow: not in the loop
+  std::size_t kept = 0;
+  for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
+    const GmVec l = hn::LoadU(d, gate + m);
+    const auto mask = hn::Ge(l, hn::Set(d, least));
+    const auto number =
+        from == nullptr ? hn::Add(lane, hn::Set(di, static_cast<std::int32_t>(m))) : hn::LoadU(di, from + m);
+    hn::StoreU(hn::Compress(l, mask), d, out + kept);
+    hn::StoreU(hn::Compress(number, hn::RebindMask(di, mask)), di, index + kept);
+    kept += hn::CountTrue(d, mask);
+  }
+  for (std::size_t m = kept; m < padded(kept + 1); ++m) {
+    out[m] = GM_NEVER;
+    index[m] = 0;
+  }
+  return kept;
+}
+
+// The expectation over the components of a list whose logits and numbers are given.
+template <std::size_t kChannels>
+HWY_INLINE void gather_target(const float* gate, const std::int32_t* index, std::size_t count, float best,
+                              const float* list, std::size_t s, float* out) {
+  const GmLanes d;
+  GmVec total = hn::Zero(d), s0 = total, s1 = total, s2 = total, s3 = total;
+  for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
+    const GmVec w = gm_exp2(d, hn::Sub(hn::LoadU(d, gate + m), hn::Set(d, best)));
+    const auto at = hn::LoadU(hn::RebindToSigned<GmLanes>(), index + m);
+    const auto value = [&](std::size_t c)
+                           HWY_ATTR { return hn::GatherIndex(d, list + (GM_OUTPUT + c) * s, at); };
+    total = hn::Add(total, w);
+    s0 = hn::MulAdd(w, value(0), s0);
+    if constexpr (kChannels > 1) s1 = hn::MulAdd(w, value(1), s1);
+    if constexpr (kChannels > 2) s2 = hn::MulAdd(w, value(2), s2);
+    if constexpr (kChannels > 3) s3 = hn::MulAdd(w, value(3), s3);
+  }
+  const float inverse = 1.0f / hn::GetLane(hn::SumOfLanes(d, total));
+  out[0] = inverse * hn::GetLane(hn::SumOfLanes(d, s0));
+  if constexpr (kChannels > 1) out[1] = inverse * hn::GetLane(hn::SumOfLanes(d, s1));
+  if constexpr (kChannels > 2) out[2] = inverse * hn::GetLane(hn::SumOfLanes(d, s2));
+  if constexpr (kChannels > 3) out[3] = inverse * hn::GetLane(hn::SumOfLanes(d, s3));
+}
+
+// One query over a list: logits to `gate`, what counts to `near` and `index`, the value to out.
+HWY_INLINE void query_target(const GmField& field, const GmQuery& q, const float* list, std::size_t s,
+                             std::size_t listed, const GmEvaluation& how, float* gate, float* near,
+                             std::int32_t* index, float* out) {
+  const GmLanes d;
+  const float reach = btfc_log2(static_cast<float>(listed) / how.error);
+  GmVec most = hn::Set(d, GM_NEVER);
+  for (std::size_t m = 0; m < listed; m += hn::Lanes(d)) {
+    const auto row = [&](std::size_t r) HWY_ATTR { return hn::LoadU(d, list + r * s + m); };
+    const GmVec hv = row(GM_SHEAR), hl = row(GM_SHEAR + 1);
+    GmVec l = row(GM_HEIGHT);
+    for (std::size_t n = 0; n < 2; ++n) {
+      GmVec t = hn::Sub(hn::Set(d, n == 0 ? q.x : q.y), row(n));
+      t = hn::NegMulAdd(hv, hn::Set(d, q.directions.slope[n]), t);
+      t = hn::NegMulAdd(hl, hn::Set(d, q.directions.slope[2 + n]), t);
+      if (field.wraps) t = gm_short(d, t, n == 0 ? field.width : field.height);
+      l = hn::NegMulAdd(row(GM_SCALE + n), hn::Mul(t, t), l);
     }
-    // Of a list for the whole cell few components count here: they are drawn together first.
-    const float best = hn::GetLane(hn::MaxOfLanes(d, most));
-    const GmVec least = hn::Set(d, best - reach);
-    std::size_t kept = 0;
-    for (std::size_t m = 0; m < listed; m += hn::Lanes(d)) {
-      const GmVec l = hn::LoadU(d, gate + m);
-      const auto mask = hn::Ge(l, least);
-      const std::size_t some = hn::CountTrue(d, mask);
-      if (some == 0) continue;
-      hn::CompressBlendedStore(l, mask, d, near + kept);
-      for (std::size_t c = 0; c < field.channels; ++c) {
-        hn::CompressBlendedStore(hn::LoadU(d, list + (GM_OUTPUT + c) * s + m), mask, d,
-                                 near + (1 + c) * s + kept);
-      }
-      kept += some;
+    for (std::size_t n = 0; n < 4; ++n) {
+      const GmVec t = hn::Sub(hn::Set(d, q.directions.angle[n]), row(2 + n));
+      l = hn::NegMulAdd(row(GM_SCALE + 2 + n), hn::Mul(t, t), l);
     }
-    for (std::size_t m = kept; m < padded(kept); ++m) {
-      near[m] = GM_NEVER;
-      for (std::size_t c = 0; c < field.channels; ++c) near[(1 + c) * s + m] = 0;
+    hn::StoreU(l, d, gate + m);
+    most = hn::Max(most, l);
+  }
+  // Of a list for the whole cell few components count here: they are drawn together first.
+  const float best = hn::GetLane(hn::MaxOfLanes(d, most));
+  std::size_t kept = draw_together(gate, nullptr, listed, best - reach, near, index);
+  if (how.gates > 0 && kept > how.gates) {
+    gm_keep_best(padded(kept), how.gates, best, near);
+    kept = draw_together(near, index, padded(kept), best - reach, near, index);
+  }
+  if (field.channels == 1) gather_target<1>(near, index, kept, best, list, s, out);
+  if (field.channels == 2) gather_target<2>(near, index, kept, best, list, s, out);
+  if (field.channels == 3) gather_target<3>(near, index, kept, best, list, s, out);
+  if (field.channels == 4) gather_target<4>(near, index, kept, best, list, s, out);
+}
+
+// Queries of one place and view: by number, sorted by the cells of their lights, which begin at `lights`.
+void cell_target(const GmField& field, const GmQuery* queries, std::span<const std::uint32_t> numbers,
+                 std::span<const std::uint32_t> lights, const GmEvaluation& how, float* room,
+                 std::uint32_t* index, float* values) {
+  const std::size_t s = field.stride + kGmPad;
+  float *upper = room, *lower = room + s, *near = room + 2 * s, *place = room + 3 * s,
+        *list = place + kGmFieldRows * s;
+  auto* near_index = reinterpret_cast<std::int32_t*>(index);  // signed and unsigned may alias
+  // Half of what may be left out here, half for each light.
+  const GmCull cull{0, 0.5f * how.error};
+  const std::size_t placed =
+      padded(gm_select_box(field, {field.data.data(), field.stride, field.stride}, box_of(queries, numbers),
+                           cull, upper, lower, place, s, index));
+  for (std::size_t b = 0; b + 1 < lights.size(); ++b) {
+    const auto some = numbers.subspan(lights[b], lights[b + 1] - lights[b]);
+    if (some.empty()) continue;
+    const std::size_t listed = padded(
+        gm_select_box(field, {place, s, placed}, box_of(queries, some), cull, upper, lower, list, s, index));
+    for (const std::uint32_t number : some) {
+      query_target(field, queries[number], list, s, listed, how, upper, near, near_index,
+                   values + std::size_t{number} * field.channels);
     }
-    if (how.gates > 0) gm_keep_best(padded(kept), how.gates, best, near);
-    weigh(field.channels, near + s, s, padded(kept), best, near,
-          values + std::size_t{numbers[i]} * field.channels);
   }
 }
 
@@ -258,12 +320,22 @@ HWY_EXPORT(cell_target);
 
 namespace {
 
-// Cells of a batch: parts of each of the six inputs, so many a texel cell of this size and an angle's range.
-constexpr std::uint32_t kCellsPerSide = 8, kCellsPerAngle = 6;
+// Parts of each input that make up cells.
+constexpr std::uint32_t kPartsOfSide = 8, kPartsOfAngle = 4;
+constexpr std::uint32_t kLightCells = kPartsOfAngle * kPartsOfAngle;
+constexpr std::uint32_t kPlaceCells = kPartsOfSide * kPartsOfSide * kPartsOfAngle * kPartsOfAngle;
 
 std::uint32_t part(float value, float low, float high, std::uint32_t parts) {
   const float share = (value - low) / (high - low) * static_cast<float>(parts);
   return static_cast<std::uint32_t>(std::clamp(share, 0.0f, static_cast<float>(parts) - 0.5f));
+}
+
+std::uint32_t cell_of(const GmField& field, const GmQuery& q) {
+  std::uint32_t cell =
+      part(q.x, 0, field.width, kPartsOfSide) * kPartsOfSide + part(q.y, 0, field.height, kPartsOfSide);
+  for (std::size_t n = 0; n < 4; ++n)
+    cell = cell * kPartsOfAngle + part(q.directions.angle[n], -1.5708f, 1.5708f, kPartsOfAngle);
+  return cell;
 }
 
 }  // namespace
@@ -276,28 +348,21 @@ void gm_evaluate_image(const GmSlice& slice, std::span<const float> xs, std::spa
 
 void gm_evaluate_batch(const GmField& field, std::span<const GmQuery> queries, const GmEvaluation& how,
                        std::span<float> values) {
-  constexpr std::uint32_t kCells =
-      kCellsPerSide * kCellsPerSide * kCellsPerAngle * kCellsPerAngle * kCellsPerAngle * kCellsPerAngle;
+  constexpr std::uint32_t kCells = kPlaceCells * kLightCells;
   std::vector<std::uint32_t> cell(queries.size()), first(kCells + 1, 0), numbers(queries.size());
-  for (std::size_t q = 0; q < queries.size(); ++q) {
-    std::uint32_t c = part(queries[q].x, 0, field.width, kCellsPerSide) * kCellsPerSide +
-                      part(queries[q].y, 0, field.height, kCellsPerSide);
-    for (std::size_t n = 0; n < 4; ++n) {
-      c = c * kCellsPerAngle + part(queries[q].directions.angle[n], -1.5708f, 1.5708f, kCellsPerAngle);
-    }
-    cell[q] = c;
-    ++first[c + 1];
-  }
+  for (std::size_t q = 0; q < queries.size(); ++q) ++first[(cell[q] = cell_of(field, queries[q])) + 1];
   for (std::uint32_t c = 0; c < kCells; ++c) first[c + 1] += first[c];
   std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
   for (std::uint32_t q = 0; q < queries.size(); ++q) numbers[next[cell[q]]++] = q;
   const std::size_t s = field.stride + kGmPad;
-  std::vector<float> room((3 + kGmMaxChannels + kGmFieldRows) * s);
-  std::vector<std::uint32_t> index(s);
-  for (std::uint32_t c = 0; c < kCells; ++c) {
-    if (first[c] == first[c + 1]) continue;
+  std::vector<float> room((3 + 2 * kGmFieldRows) * s);
+  std::vector<std::uint32_t> index(s), lights(kLightCells + 1);
+  for (std::uint32_t c = 0; c < kCells; c += kLightCells) {
+    const std::uint32_t begin = first[c], end = first[c + kLightCells];
+    if (begin == end) continue;
+    for (std::uint32_t l = 0; l <= kLightCells; ++l) lights[l] = first[c + l] - begin;
     HWY_DYNAMIC_DISPATCH(cell_target)
-    (field, queries.data(), numbers.data() + first[c], first[c + 1] - first[c], how, room.data(),
+    (field, queries.data(), std::span(numbers).subspan(begin, end - begin), lights, how, room.data(),
      index.data(), values.data());
   }
 }

@@ -47,15 +47,19 @@ GmField gm_field_of_words(const std::vector<std::uint32_t>& words, const GmParam
   GmField field;
   field.components = params.components;
   field.stride = (params.components + kGmPad - 1) / kGmPad * kGmPad;
-  field.channels = params.all_channels;
+  field.channels = params.channels;
   field.width = static_cast<float>(params.width);
   field.height = static_cast<float>(params.height);
   field.wraps = params.wrap_u == 1;
   field.data.assign(std::size_t{kGmFieldRows} * field.stride, 0.0f);
   for (std::uint32_t m = field.components; m < field.stride; ++m) field.row(GM_HEIGHT)[m] = GM_NEVER;
+  // The map's outputs come first.
+  const auto skipped = [&](std::uint32_t r) {
+    return r >= GM_OUTPUT && r < GM_OUTPUT + params.channels ? params.first_channel : 0;
+  };
   for (std::uint32_t r = 0; r < kGmFieldRows; ++r) {
     for (std::uint32_t m = 0; m < field.components; ++m)
-      field.row(r)[m] = std::bit_cast<float>(words[std::size_t{m} * GM_STRIDE + r]);
+      field.row(r)[m] = std::bit_cast<float>(words[std::size_t{m} * GM_STRIDE + r + skipped(r)]);
   }
   return field;
 }

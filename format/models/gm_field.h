@@ -24,7 +24,7 @@ struct GmField {
 
 GmField gm_field(const GmMixture& mixture, std::uint32_t width, std::uint32_t height, bool wraps);
 
-// The words of slot GM_COMPONENTS, and back.
+// The words of slot GM_COMPONENTS, and back with the outputs of a map.
 std::vector<std::uint32_t> gm_component_words(const GmField& field);
 GmField gm_field_of_words(const std::vector<std::uint32_t>& words, const GmParams& params);
 

@@ -93,11 +93,17 @@ struct GmRows {
   const float* row(std::size_t r) const { return data + r * stride; }
 };
 
+// How much culling leaves out: by gm_cut, or where error is 0 what lies `reach` powers of two below the best.
+struct GmCull {
+  float reach = 0, error = 0;
+};
+
 // Copies to `out` (rows of out_stride) the components that may count within the box, and their numbers to
-// index; returns how many. The copy is padded with components of height GM_NEVER to a whole vector. upper has
-// room for rows.count floats.
-HWY_INLINE std::size_t gm_select_box(const GmField& field, const GmRows& rows, const GmBox& box, float reach,
-                                     float* upper, float* out, std::size_t out_stride, std::uint32_t* index) {
+// index; returns how many. The copy is padded with components of height GM_NEVER to a whole vector. upper
+// and, with an error, lower have room for rows.count floats.
+HWY_INLINE std::size_t gm_select_box(const GmField& field, const GmRows& rows, const GmBox& box,
+                                     const GmCull& cull, float* upper, float* lower, float* out,
+                                     std::size_t out_stride, std::uint32_t* index) {
   const GmLanes d;
   const std::size_t lanes = hn::Lanes(d);
   GmVec sure = hn::Set(d, GM_NEVER);
@@ -122,20 +128,24 @@ HWY_INLINE std::size_t gm_select_box(const GmField& field, const GmRows& rows, c
       gm_bound(d, t, half, scale, high, low);
     }
     hn::StoreU(high, d, upper + m);
+    if (cull.error > 0) hn::StoreU(low, d, lower + m);
     sure = hn::Max(sure, low);
   }
-  const GmVec least = hn::Set(d, hn::GetLane(hn::MaxOfLanes(d, sure)) - reach);
+  const GmVec least = hn::Set(d, cull.error > 0 ? gm_cut(lower, upper, rows.count, cull.error)
+                                                : hn::GetLane(hn::MaxOfLanes(d, sure)) - cull.reach);
   std::size_t kept = 0;
   const hn::RebindToUnsigned<GmLanes> du;
+  const auto lane = hn::Iota(du, 0);  // slow: not in the loop
   for (std::size_t m = 0; m < rows.count; m += lanes) {
     const auto mask = hn::Ge(hn::LoadU(d, upper + m), least);
     const std::size_t count = hn::CountTrue(d, mask);
     if (count == 0) continue;
     for (std::size_t r = 0; r < kGmFieldRows; ++r) {
-      hn::CompressBlendedStore(hn::LoadU(d, rows.row(r) + m), mask, d, out + r * out_stride + kept);
+      hn::StoreU(hn::Compress(hn::LoadU(d, rows.row(r) + m), mask), d, out + r * out_stride + kept);
     }
-    hn::CompressBlendedStore(hn::Iota(du, static_cast<std::uint32_t>(m)), hn::RebindMask(du, mask), du,
-                             index + kept);
+    hn::StoreU(
+        hn::Compress(hn::Add(lane, hn::Set(du, static_cast<std::uint32_t>(m))), hn::RebindMask(du, mask)), du,
+        index + kept);
     kept += count;
   }
   for (std::size_t m = kept; m < (kept + kGmPad - 1) / kGmPad * kGmPad; ++m) {
@@ -179,12 +189,13 @@ HWY_INLINE std::size_t gm_select_pair(const GmField& field, const GmRows& rows, 
   const GmVec least = hn::Set(d, hn::GetLane(hn::MaxOfLanes(d, sure)) - reach);
   std::size_t kept = 0;
   const hn::RebindToUnsigned<GmLanes> du;
+  const auto lane = hn::Iota(du, 0);  // slow: not in the loop
   for (std::size_t m = 0; m < rows.count; m += lanes) {
     const auto mask = hn::Ge(hn::LoadU(d, upper + m), least);
     const std::size_t count = hn::CountTrue(d, mask);
     if (count == 0) continue;
     const auto keep = [&](const float* from, std::size_t row) HWY_ATTR {
-      hn::CompressBlendedStore(hn::LoadU(d, from + m), mask, d, out + row * out_stride + kept);
+      hn::StoreU(hn::Compress(hn::LoadU(d, from + m), mask), d, out + row * out_stride + kept);
     };
     keep(base, kGmBase);
     keep(place_x, kGmPlace);
@@ -192,8 +203,9 @@ HWY_INLINE std::size_t gm_select_pair(const GmField& field, const GmRows& rows, 
     keep(rows.row(GM_SCALE), kGmWidth);
     keep(rows.row(GM_SCALE + 1), kGmWidth + 1);
     for (std::size_t c = 0; c < field.channels; ++c) keep(rows.row(GM_OUTPUT + c), kGmValue + c);
-    hn::CompressBlendedStore(hn::Iota(du, static_cast<std::uint32_t>(m)), hn::RebindMask(du, mask), du,
-                             index + kept);
+    hn::StoreU(
+        hn::Compress(hn::Add(lane, hn::Set(du, static_cast<std::uint32_t>(m))), hn::RebindMask(du, mask)), du,
+        index + kept);
     kept += count;
   }
   for (std::size_t m = kept; m < (kept + kGmPad - 1) / kGmPad * kGmPad; ++m) {
@@ -229,7 +241,7 @@ HWY_INLINE std::size_t gm_select_tile(const GmSlice& slice, const GmBox& box, fl
     const std::size_t count = hn::CountTrue(d, mask);
     if (count == 0) continue;
     for (std::size_t r = 0; r < kGmValue + slice.channels; ++r) {
-      hn::CompressBlendedStore(hn::LoadU(d, slice.row(r) + m), mask, d, out + r * out_stride + kept);
+      hn::StoreU(hn::Compress(hn::LoadU(d, slice.row(r) + m), mask), d, out + r * out_stride + kept);
     }
     kept += count;
   }

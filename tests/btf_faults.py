@@ -1,5 +1,5 @@
 """Files that break the rules of spec/tables.md and of the pages of pcarf, pca and lpca, one rule each, made from the
-decode vectors. spec/conformance.md lists them."""
+decode vectors. spec/conformance.md lists them; gm_faults.py has those of gm."""
 
 import struct
 
@@ -58,13 +58,10 @@ def without_last_light(start, head):
     return change
 
 
-def faults(model, vectors, open_file):
-    """(rule, name, bytes); vectors: name -> bytes; open_file: the reference reader's."""
-    chunks = {name: files.read_chunks(data) for name, data in vectors.items()}
+def direction_faults(chunks, head):
+    """Those of tables.md that concern every model; chunks and HEAD of each vector by its name."""
     plain, some = chunks["rgb8_f32"], chunks["missing"]  # all pairs; not all
-    head = {name: open_file(data).head for name, data in vectors.items()}
-    letters, start = LETTERS[model], 8 * (head["missing"].views + head["missing"].lights)
-    beyond = (1 << 24) + 1
+    start, beyond = 8 * (head["missing"].views + head["missing"].lights), (1 << 24) + 1
 
     yield "V1", "1025 views", with_chunk(plain, b"HEAD", put(VIEWS_AT, "<3I", 1025, 1, 1025))
     yield "V1", "1025 lights", with_chunk(plain, b"HEAD", put(VIEWS_AT, "<3I", 1, 1025, 1025))
@@ -83,6 +80,14 @@ def faults(model, vectors, open_file):
     yield "V4", "pairs not ascending", with_chunk(some, b"DIRS", swap(start, start + 4, 4))
     yield "V4", "light in no pair", with_chunk(some, b"DIRS", without_last_light(start, head["missing"]))
     yield "V4", "pair repeated", with_chunk(some, b"DIRS", copied(start, start + 4, 4))
+
+
+def faults(model, vectors, open_file):
+    """(rule, name, bytes); vectors: name -> bytes; open_file: the reference reader's."""
+    chunks = {name: files.read_chunks(data) for name, data in vectors.items()}
+    head = {name: open_file(data).head for name, data in vectors.items()}
+    yield from direction_faults(chunks, head)
+    plain, letters = chunks["rgb8_f32"], LETTERS[model]
     yield "V5", "unbounded", with_chunk(plain, b"HEAD", put(UNBOUNDED_AT, "B", 1))
     yield "V5", "value transform", with_chunk(plain, b"HEAD", put(TRANSFORM_AT, "B", 1))
 

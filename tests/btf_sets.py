@@ -126,6 +126,13 @@ def short(values):
     return [float(f"{struct.unpack('<f', struct.pack('<f', v))[0]:.9g}") for v in values]
 
 
+def uncertainty(item, query):
+    """How far decoders may differ at a query beside rounding of sums; infinite where either of two answers is right."""
+    from btfc_reference import place
+    x, y = place(item.head, query["x"], query["y"])
+    return float(item.model.uncertainty(query["map"], int(x), int(y), query["view"], query["light"]))
+
+
 def queries_of(item, count=40, seed=1):
     """Texels and directions of all kinds for a file that the reader has opened."""
     rng, head, directions = random.Random(seed), item.head, item.model.directions
@@ -165,8 +172,9 @@ def queries_of(item, count=40, seed=1):
         return [scale * c for c in between(points)]
 
     kinds = [measured, between, anywhere, grazing, horizon, below, zero, long]
-    out = []
-    for number in range(count):
+    out, passed_over = [], 0
+    while len(out) < count and passed_over < 20 * count:  # in a damaged file all may be
+        number = len(out)
         x, y = rng.randrange(head.width), rng.randrange(head.height)
         if number % 5 == 4:
             x = rng.choice([-1, -head.width - 2, head.width, 2 * head.width + 1, x])
@@ -175,7 +183,11 @@ def queries_of(item, count=40, seed=1):
         view, light = pair[0](views), pair[1](lights)
         if number == 3:
             view, light = directions.views.vector(0), directions.lights.vector(0)
-        out.append({"map": number % len(head.maps), "x": x, "y": y, "view": short(view), "light": short(light)})
+        query = {"map": number % len(head.maps), "x": x, "y": y, "view": short(view), "light": short(light)}
+        if math.isfinite(uncertainty(item, query)):
+            out.append(query)
+        else:
+            passed_over += 1
     return out
 
 

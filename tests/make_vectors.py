@@ -21,7 +21,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 CRITICAL, PAYLOAD, SAFE_TO_COPY = 1, 2, 4
 RAW, ZSTD = 0, 1
-MODELS = ("patch", "ptm", "plm", "pcarf", "pca", "lpca")
+MODELS = ("patch", "gm", "ptm", "plm", "pcarf", "pca", "lpca")
 HEADER, ENTRY = "<12sHH4I3Q", "<4sHHQQQQII"
 
 
@@ -282,8 +282,47 @@ def btf_recipes(model, folder):
     }
 
 
+def gm_recipes(folder):
+    """As btf_recipes; the fits are short, as what they reach does not matter here."""
+    import btf_sets as sets
+
+    def made(name, *args, **more):
+        return sets.write_set(Path(folder, f"gm-{name}"), *args, **more)
+
+    def mixture(components, levels, gates, precision, mean, shear, *more):
+        fit = [] if "em" in more else ["--iterations", "300"]
+        return ["--components", str(components), "--levels", str(levels), "--gates", str(gates), "--precision",
+                precision, "--mean-brdf", mean, "--shear", shear, *fit, *more]
+
+    em, rank = ["--fit", "em", "--iterations", "10"], ["--mean-rank", "3"]
+    gone = {(0, 1), (1, 2), (2, 0), (2, 2), (4, 1), (4, 2), (4, 3)}
+    named = sets.write_named_set(Path(folder, "gm-named"), sets.RING, sets.RING, (4, 3), missing=gone)
+    few = {(0, 0), (1, 2), (3, 3)}
+    return {
+        "rgb8_f32": [made("rgb8", sets.RING, sets.RING, (5, 3)), *mixture(13, 3, 0, "f32", "f32", "off", *em),
+                     "--codec", "raw"],
+        "grey16_f16": [made("grey16", sets.HORIZON, sets.GRID, (6, 4), 1, "unorm16"),
+                       *mixture(21, 1, 3, "f16", "u8", "on"), "--codec", "zstd"],
+        # The smallest: hostile_test changes its every byte, so nothing is packed in it.
+        "single": [made("single", [(25, 70)], [(50, 200)], (7, 5)), *mixture(1, 1, 0, "u8", "u8", "on"),
+                   "--codec", "raw"],
+        "line_wraps": [made("line", sets.LINE, sets.SIDE, (4, 3), wraps=True),
+                       *mixture(40, 4, 5, "u8", "coded", "on", *rank), "--codec", "zstd"],
+        "missing": [named, *mixture(17, 3, 0, "f16", "u8", "off"), "--missing", "skip", "--codec", "raw"],
+        # Half floats: the logarithm is fitted.
+        "few_float16": [made("half", sets.GRID[:4], sets.RING[1:], (3, 4), 4, "float16", peak=40.0, missing=few),
+                        *mixture(13, 2, 3, "f16", "f32", "on"), "--codec", "zstd"],
+        "log_wraps": [made("log", sets.RING, sets.GRID[:4], (5, 4), 3, "float16", peak=6.0, wraps=True),
+                      *mixture(17, 3, 0, "u8", "coded", "on", *rank), "--codec", "zstd"],
+        "paper": [made("paper", sets.RING, sets.HORIZON, (6, 4), wraps=True), "--layout", "paper", "--components", "14",
+                  "--mean-brdf", "u8", *em, "--codec", "raw"],
+    }
+
+
 def recipes(model, btfc, folder):
-    return patch_recipes(btfc, folder) if model == "patch" else btf_recipes(model, folder)
+    if model == "patch":
+        return patch_recipes(btfc, folder)
+    return gm_recipes(folder) if model == "gm" else btf_recipes(model, folder)
 
 
 def expected(path):

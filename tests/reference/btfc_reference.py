@@ -17,6 +17,7 @@ from btfc_container import COLOUR_SPACES, SAMPLE_TYPES, File, Refusal
 # Numbers of spec/registry.md with a defined page, and the module that holds the class `Model`.
 MODELS = {
     1: "btfc_patch",
+    2: "btfc_gm",
     4: "btfc_ptm",
     5: "btfc_plm",
     6: "btfc_pcarf",

@@ -28,12 +28,10 @@ def directions_demand(head):
 
 
 def check_head(head):
-    """What [V1] and [V5] say of HEAD; [V2] is the demand above."""
+    """What [V1] says of HEAD; [V2] is the demand above."""
     views, lights, pairs = head.views, head.lights, head.pairs
     require(max(views, lights) <= MAX_DIRECTIONS, "V1", f"{views} views and {lights} lights")
     require(max(views, lights) <= pairs <= views * lights, "V1", f"{pairs} pairs of {views} views and {lights} lights")
-    require(head.unbounded == 0, "V5", "unbounded is set")
-    require(head.transform == 0, "V5", "value_transform is set")
 
 
 class Directions:
@@ -318,12 +316,19 @@ class TableModel:
 
     def __init__(self, head):
         check_head(head)
+        self.check_kind(head)
         self.head = head
         self.s, self.n, self.D = head.channels, head.width * head.height, head.pairs
         starts = [0]
         for m in head.maps:
             starts.append(starts[-1] + m.channels)
         self.channels = [range(a, b) for a, b in zip(starts, starts[1:])]  # of each map
+
+    @staticmethod
+    def check_kind(head):
+        """[V5], in whose place a model may have a rule of its own."""
+        require(head.unbounded == 0, "V5", "unbounded is set")
+        require(head.transform == 0, "V5", "value_transform is set")
 
     def arrays(self):
         """(chunk type, level, tile, rows, columns, precision) of every coded array."""
@@ -368,3 +373,16 @@ class TableModel:
             for number in range(len(self.head.maps)):
                 most = max(most, float(np.abs(self.values(number, x, y, view, light)).max()))
         return most
+
+    def uncertainty(self, map_index, x, y, view, light):
+        """By how much more than rounding of sums a decoder's values may be off."""
+        return np.zeros(np.broadcast_shapes(np.shape(x), np.shape(y)))
+
+    def term_size(self):
+        """The largest sum of the sizes of a value's terms: what rounding errors of odd files are measured by. The
+        model is of no use afterwards."""
+        for key, values in self.whole.items():
+            scales = array_parts(*self.raw[key][:1], *self.raw[key][1])[0]
+            # offset + step e may cancel too.
+            self.whole[key] = np.abs(values) + (0 if scales is None else np.abs(scales[:, :1]))
+        return self.largest()

@@ -222,7 +222,7 @@ int main(int argc, char** argv) {
       }
     };
     const std::clock_t cpu = std::clock();
-    const GmRefined fit = gm_fit_refined(samples, o);
+    const GmRefined fit = *gm_fit_refined(samples, o);
     const double seconds = now() - begin;
     const double cpu_seconds = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
     if (number(given, "ranges", 0) != 0) print_ranges(gm_dequantise(fit.codes));

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "encoder/models/gm_random.h"
+#include "encoder/models/gm_state.h"
 
 namespace btfc {
 namespace {
@@ -187,16 +188,44 @@ GmEmMixture gm_em_random(const GmSamples& samples, std::uint32_t components, std
   return out;
 }
 
+Bytes gm_em_state(const GmEmFit& fit) {
+  StateWriter w;
+  w.put(fit.mixture.components, fit.mixture.channels, fit.iterations, fit.reseeded);
+  for (const auto* v : {&fit.mixture.weight, &fit.mixture.mean, &fit.mixture.spread, &fit.log_likelihood,
+                        &fit.kept.sum, &fit.kept.first, &fit.kept.second})
+    w.put_all(*v);
+  return w.bytes();
+}
+
+std::optional<GmEmFit> gm_em_fit_of(ByteView state) {
+  StateReader r(state);
+  GmEmFit fit;
+  GmEmMixture& m = fit.mixture;
+  r.get(m.components, m.channels, fit.iterations, fit.reseeded);
+  for (auto* v :
+       {&m.weight, &m.mean, &m.spread, &fit.log_likelihood, &fit.kept.sum, &fit.kept.first, &fit.kept.second})
+    r.get_all(*v);
+  const std::size_t numbers = std::size_t{m.components} * m.dimensions();
+  if (!r.complete() || m.weight.size() != m.components || m.mean.size() != numbers ||
+      m.spread.size() != numbers)
+    return std::nullopt;
+  return fit;
+}
+
 GmEmFit gm_fit_em(const GmSamples& samples, const GmEmMixture& start, const GmEmOptions& options) {
+  GmEmFit fit;
+  fit.mixture = start;
+  return gm_continue_em(samples, std::move(fit), options);
+}
+
+GmEmFit gm_continue_em(const GmSamples& samples, GmEmFit fit, const GmEmOptions& options,
+                       const std::function<void(const GmEmFit&)>& step) {
   using Clock = std::chrono::steady_clock;
   const auto begin = Clock::now();
   const auto floors = gm_spread_floors(samples);
-  GmEmFit fit;
-  fit.mixture = start;
   GmEmPass pass;
   pass.reach = options.reach;
   pass.every = options.every;
-  GmEmSums kept;  // running means of the shares, in absolute moments
   while (fit.iterations < options.iterations) {
     // Shares far apart follow each other: neighbouring ones see nearly the same pairs.
     pass.phase = static_cast<std::uint32_t>(std::uint64_t{fit.iterations} * kPhaseStep % options.every);
@@ -206,13 +235,14 @@ GmEmFit gm_fit_em(const GmSamples& samples, const GmEmMixture& start, const GmEm
     fit.log_likelihood.push_back(mean);
     if (options.every > 1) {
       const double share = std::max(1.0 / options.every, std::pow(fit.iterations + 1.0, -kForget));
-      blend(fit.mixture, sums, share, kept);
+      blend(fit.mixture, sums, share, fit.kept);
     }
     fit.mixture = gm_em_maximise(fit.mixture, sums, floors);
     fit.reseeded += gm_em_reseed(fit.mixture, sums, kLeastSamples);
     ++fit.iterations;
     const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
     if (options.progress) options.progress(fit.iterations, mean, seconds);
+    if (step) step(fit);
     if (options.epsilon > 0 && mean - before < options.epsilon) break;
     if (options.seconds > 0 && seconds >= options.seconds) break;
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "encoder/models/gm_samples.h"
@@ -73,15 +74,23 @@ struct GmEmOptions {
   std::function<void(std::uint32_t iteration, double log_likelihood, double seconds)> progress;
 };
 
+// A fit, done or under way.
 struct GmEmFit {
   GmEmMixture mixture;
   std::vector<double> log_likelihood;  // of eq. 3, before each iteration
   std::uint32_t iterations = 0, reseeded = 0;
+  GmEmSums kept;  // running means of the shares, in absolute moments
 };
+// As bytes, and back; none where they are no such state.
+Bytes gm_em_state(const GmEmFit& fit);
+std::optional<GmEmFit> gm_em_fit_of(ByteView state);
 
 // Means at random samples, spreads half those of the data, equal weights.
 GmEmMixture gm_em_random(const GmSamples& samples, std::uint32_t components, std::uint64_t seed);
-// From a given mixture (a checkpoint, or gm_em_random).
+// From a given mixture, as of gm_em_random.
 GmEmFit gm_fit_em(const GmSamples& samples, const GmEmMixture& start, const GmEmOptions& options);
+// Goes on with a fit up to options.iterations in all; `step` hears of it after each.
+GmEmFit gm_continue_em(const GmSamples& samples, GmEmFit fit, const GmEmOptions& options,
+                       const std::function<void(const GmEmFit&)>& step = {});
 
 }  // namespace btfc

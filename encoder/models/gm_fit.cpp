@@ -8,11 +8,13 @@
 #include <cmath>
 
 #include "encoder/dataset/dataset_head.h"
+#include "encoder/models/gm_checkpoint.h"
 #include "encoder/models/gm_em.h"
 #include "encoder/models/gm_refined.h"
 #include "encoder/models/gm_samples.h"
 #include "encoder/models/gm_score.h"
 #include "encoder/run_on_threads.h"
+#include "format/chunk_codec.h"
 #include "format/models/gm_payload.h"
 
 namespace btfc {
@@ -224,6 +226,17 @@ GmEmMixture by_weight(const GmEmMixture& from) {
   return to;
 }
 
+// A hash of what a fit depends on: samples by their mean, shape and a few of their values, and the options.
+std::uint64_t identity_of(const GmSamples& samples, const FitSettings& settings) {
+  std::string text = fmt::format("{} {} {} {} {}", samples.width, samples.height, samples.channels,
+                                 samples.pairs.size(), settings.seed);
+  for (const auto& [name, value] : settings.options) {
+    if (name != "checkpoint") text += fmt::format(" {}={}", name, value);
+  }
+  for (const float v : samples.mean) text += fmt::format(" {:a}", v);
+  return content_hash(ByteView(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
 Result<Fitted> fit_em(const GmSamples& samples, const Settings& s, const FitSettings& settings) {
   GmEmOptions o;
   o.components = s.parm.components;
@@ -238,7 +251,25 @@ Result<Fitted> fit_em(const GmSamples& samples, const Settings& s, const FitSett
       settings.note(
           fmt::format("iteration {}, {:.1f} s, mean log-likelihood {:.5f}", iteration, seconds, likelihood));
   };
-  const GmEmFit fit = gm_fit_em(samples, gm_em_random(samples, o.components, o.seed), o);
+  GmEmFit start;
+  std::function<void(const GmEmFit&)> step;
+  Result<Done> saved = Done{};
+  if (!s.checkpoint.empty()) {
+    const std::uint64_t identity = identity_of(samples, settings);
+    const Result<Bytes> state = read_checkpoint(s.checkpoint, identity);
+    if (!state) return state.error();
+    if (!state->empty()) {
+      std::optional<GmEmFit> kept = gm_em_fit_of(*state);
+      if (!kept) return bad_data(fmt::format("'{}': the state of another fit", s.checkpoint));
+      start = *std::move(kept);
+    }
+    step = [&s, &saved, identity](const GmEmFit& fit) {
+      if (saved) saved = write_checkpoint(s.checkpoint, identity, gm_em_state(fit));
+    };
+  }
+  if (start.mixture.components == 0) start.mixture = gm_em_random(samples, o.components, o.seed);
+  const GmEmFit fit = gm_continue_em(samples, std::move(start), o, step);
+  if (!saved) return saved.error();
   const GmEmMixture mixture = by_weight(fit.mixture);
   const GmMixture decoded = gm_em_decoded(mixture);
   Fitted out = stored(s.parm, gm_quantise(decoded, s.parm.precision), &mixture);
@@ -262,9 +293,21 @@ Result<Fitted> fit_refined(const GmSamples& samples, const Settings& s, const Fi
       settings.note(fmt::format("step {}, {:.1f} s, {} components, {:.2f} dB", p.iteration, p.seconds,
                                 p.components, p.psnr_db));
   };
-  const GmRefined fit = gm_fit_refined(samples, o);
-  Fitted out = stored(s.parm, fit.codes, nullptr);
-  out.iterations = fit.iterations;
+  Result<Done> saved = Done{};
+  if (!s.checkpoint.empty()) {
+    const std::uint64_t identity = identity_of(samples, settings);
+    Result<Bytes> state = read_checkpoint(s.checkpoint, identity);
+    if (!state) return state.error();
+    o.resume = *std::move(state);
+    o.save = [&s, &saved, identity](const Bytes& now) {
+      if (saved) saved = write_checkpoint(s.checkpoint, identity, now);
+    };
+  }
+  const std::optional<GmRefined> fit = gm_fit_refined(samples, o);
+  if (!fit) return bad_data(fmt::format("'{}': the state of another fit", s.checkpoint));
+  if (!saved) return saved.error();
+  Fitted out = stored(s.parm, fit->codes, nullptr);
+  out.iterations = fit->iterations;
   return out;
 }
 

@@ -12,6 +12,7 @@
 #include "encoder/models/gm_adam.h"
 #include "encoder/models/gm_gradient.h"
 #include "encoder/models/gm_random.h"
+#include "encoder/models/gm_state.h"
 
 namespace btfc {
 namespace {
@@ -97,10 +98,27 @@ GmLimits limits_of(const GmSamples& samples) {
   return limits;
 }
 
+// About the largest value of samples without an upper end: the unit of steps of the outputs.
+float largest_value(const GmSamples& samples, std::uint64_t seed) {
+  constexpr int kProbe = 65536;
+  GmRandom random(seed);
+  float most = 1e-3f;
+  for (int i = 0; i < kProbe; ++i) {
+    const std::uint32_t p = random.below(samples.pairs.size()), x = random.below(samples.width),
+                        y = random.below(samples.height), c = random.below(samples.channels);
+    most = std::max(most, std::fabs(samples.value(p, x, y, c)));
+  }
+  return most;
+}
+
 class Fit {
  public:
   Fit(const GmSamples& samples, const GmRefinedOptions& options)
-      : samples_(samples), options_(options), random_(options.seed), limits_(limits_of(samples)) {
+      : samples_(samples),
+        options_(options),
+        random_(options.seed),
+        limits_(limits_of(samples)),
+        total_(options.iterations) {
     const std::uint32_t most = options.components;
     master_.stride = (most + kGmPad - 1) / kGmPad * kGmPad;
     master_.numbers.assign(std::size_t{kGmFieldRows} * master_.stride, 0.0f);
@@ -118,7 +136,8 @@ class Fit {
       adam_.rate[kGmSpreadRow + n] = kSpreadRate;
     }
     adam_.rate[kGmHeightRow] = kHeightRate;
-    for (std::uint32_t c = 0; c < 4; ++c) adam_.rate[GM_OUTPUT + c] = kOutputRate;
+    const float scale = samples.low < 0 ? largest_value(samples, options.seed) : 1;
+    for (std::uint32_t c = 0; c < 4; ++c) adam_.rate[GM_OUTPUT + c] = kOutputRate * scale;
     if (options.shear) adam_.rate[GM_SHEAR] = adam_.rate[GM_SHEAR + 1] = kMeanRate;
     gm_master_field(master_, adam_, field_);
     sums_.resize(kChunks);
@@ -127,42 +146,73 @@ class Fit {
 
   GmRefined run() {
     const double begin = now();
-    std::uint64_t total = options_.iterations;
-    std::uint64_t step = 0;
-    double reported = begin, squares = 0, listed = 0;
+    double reported = begin, saved = begin, squares = 0, listed = 0;
     std::uint64_t seen = 0, seen_all = 0;
-    bool falling = false;
-    const std::uint64_t every = split_every(total);
-    while (total == 0 || step < total) {
-      if (!falling && step > 0 && (total > 0 ? step >= steady_steps(total) : must_fall(step, begin))) {
-        falling = true;
-        while (master_.components < options_.components) split();
-        if (total == 0) total = total_for(step);
-        fall_begin_ = step;
+    while (total_ == 0 || steps_ < total_) {
+      if (!falling_ && steps_ > 0 && (total_ > 0 ? steps_ >= steady_steps(total_) : must_fall(begin))) {
+        falling_ = true;
+        while (master_.components < options_.components) split();  // of a short fit
+        if (total_ == 0) total_ = total_for(steps_);
+        fall_begin_ = steps_;
         begin_rounding();
       }
-      if (!falling && step > 0 && step % every == 0) split();
-      const bool gather = falling ? total - step <= kGatherSteps : every - 1 - step % every < kGatherSteps;
+      if (!falling_ && steps_ > 0 && steps_ % options_.split_every == 0) split();
+      const std::uint64_t left =
+          falling_ ? total_ - steps_ : options_.split_every - steps_ % options_.split_every;
+      const bool gather = left <= kGatherSteps;
       adam_.scale = options_.rate;
-      if (falling) {
-        adam_.scale *= 1 - static_cast<float>(step - fall_begin_) / static_cast<float>(total - fall_begin_);
+      if (falling_) {
+        adam_.scale *=
+            1 - static_cast<float>(steps_ - fall_begin_) / static_cast<float>(total_ - fall_begin_);
       }
       iterate(gather, squares, listed, seen);
-      ++step;
       if (options_.progress && now() - reported > 5) {
         reported = now();
-        report(step, total, reported - begin, squares, listed, seen);
+        report(reported - begin, squares, listed, seen);
         seen_all += seen;
         squares = listed = 0;
         seen = 0;
       }
+      // Between a split and the next gathering nothing but the numbers is under way.
+      if (options_.save && left > kGatherSteps + 1 && now() - saved >= options_.save_seconds) {
+        options_.save(state());
+        saved = now();
+      }
     }
     GmRefined out;
-    out.iterations = step;
+    out.iterations = steps_;
     out.samples = seen_all + seen;
-    if (options_.progress && seen > 0) report(step, total, now() - begin, squares, listed, seen);
+    if (options_.progress && seen > 0) report(now() - begin, squares, listed, seen);
     finish(out);
     return out;
+  }
+
+  // All that the next step depends on.
+  Bytes state() const {
+    StateWriter w;
+    w.put(steps_, total_, fall_begin_, falling_, random_, next_cell_, master_.components, adam_.precision,
+          adam_.scales, limits_);
+    w.put_all(cells_);
+    w.put_all(master_.numbers);
+    w.put_all(master_.first);
+    w.put_all(master_.second);
+    return w.bytes();
+  }
+  // False where the bytes are not those of a fit with these options.
+  bool restore(ByteView bytes) {
+    StateReader r(bytes);
+    const std::size_t numbers = master_.numbers.size();
+    r.get(steps_, total_, fall_begin_, falling_, random_, next_cell_, master_.components, adam_.precision,
+          adam_.scales, limits_);
+    r.get_all(cells_);
+    r.get_all(master_.numbers);
+    r.get_all(master_.first);
+    r.get_all(master_.second);
+    if (!r.complete() || master_.numbers.size() != numbers || master_.first.size() != numbers ||
+        master_.second.size() != numbers || master_.components > options_.components)
+      return false;
+    gm_master_field(master_, adam_, field_);
+    return true;
   }
 
  private:
@@ -170,13 +220,6 @@ class Fit {
 
   static std::uint64_t steady_steps(std::uint64_t total) {
     return static_cast<std::uint64_t>(static_cast<double>(total) * (1 - kFallShare));
-  }
-  // Steps between splits: as asked, or fewer so that a short fit has all its components before the fall.
-  std::uint64_t split_every(std::uint64_t total) const {
-    if (total == 0) return options_.split_every;
-    std::uint64_t splits = 2;  // the last components settle for as long as the others
-    for (std::uint32_t m = master_.components; m < options_.components; m = grown(m)) ++splits;
-    return std::clamp<std::uint64_t>(steady_steps(total) / splits, 1, options_.split_every);
   }
   std::uint32_t grown(std::uint32_t count) const {
     return static_cast<std::uint32_t>(static_cast<float>(count) * options_.growth) + 1;
@@ -188,21 +231,20 @@ class Fit {
     return total;
   }
   // Whether the fall that belongs to so many steps takes the rest of the time, at the pace of the last ones.
-  bool must_fall(std::uint64_t step, double begin) {
+  bool must_fall(double begin) {
     const double t = now();
-    if (step % 64 == 0) {
+    if (steps_ % 64 == 0) {
       pace_ = (t - pace_time_) / 64;
       pace_time_ = t;
     }
     const double left = begin + options_.seconds - t;
-    return static_cast<double>(total_for(step) - step) * pace_ >= left;
+    return static_cast<double>(total_for(steps_) - steps_) * pace_ >= left;
   }
 
-  void report(std::uint64_t step, std::uint64_t total, double seconds, double squares, double listed,
-              std::uint64_t seen) const {
+  void report(double seconds, double squares, double listed, std::uint64_t seen) const {
     GmProgress p;
-    p.iteration = step;
-    p.iterations = total;
+    p.iteration = steps_;
+    p.iterations = total_;
     p.seconds = seconds;
     const double count = static_cast<double>(seen);
     p.psnr_db = -10 * std::log10(squares / (count * samples_.channels));
@@ -398,14 +440,17 @@ class Fit {
   std::vector<GmSums> sums_;
   std::vector<Cell> cells_;
   std::size_t next_cell_ = 0;
-  std::uint64_t steps_ = 0, fall_begin_ = 0;
+  std::uint64_t steps_ = 0, total_ = 0, fall_begin_ = 0;
+  bool falling_ = false;                 // rates fall to zero from step fall_begin_ to total_
   double pace_ = 0, pace_time_ = now();  // seconds a step
 };
 
 }  // namespace
 
-GmRefined gm_fit_refined(const GmSamples& samples, const GmRefinedOptions& options) {
-  return Fit(samples, options).run();
+std::optional<GmRefined> gm_fit_refined(const GmSamples& samples, const GmRefinedOptions& options) {
+  Fit fit(samples, options);
+  if (!options.resume.empty() && !fit.restore(options.resume)) return std::nullopt;
+  return fit.run();
 }
 
 }  // namespace btfc

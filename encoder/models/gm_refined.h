@@ -3,9 +3,11 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "encoder/models/gm_samples.h"
+#include "format/bytes.h"
 #include "format/models/gm_mixture.h"
 
 namespace btfc {
@@ -35,6 +37,11 @@ struct GmRefinedOptions {
   float growth = 1.1f;                              // components after a split, over those before
   float reach = 6;                                  // culling in the descent, powers of two
   std::function<void(const GmProgress&)> progress;  // now and then
+  // A fit that was cut off goes on from the last state that was saved, and gives the same. save is called
+  // when so many seconds have gone by, where the state is small.
+  std::function<void(const Bytes& state)> save;
+  double save_seconds = 20;
+  Bytes resume;
 };
 
 struct GmRefined {
@@ -45,7 +52,7 @@ struct GmRefined {
 };
 
 // samples.mean is set. On the threads of the calling oneTBB arena; the result does not depend on them, for a
-// given number of iterations.
-GmRefined gm_fit_refined(const GmSamples& samples, const GmRefinedOptions& options);
+// given number of iterations. None where `resume` is not the state of a fit with these options.
+std::optional<GmRefined> gm_fit_refined(const GmSamples& samples, const GmRefinedOptions& options);
 
 }  // namespace btfc

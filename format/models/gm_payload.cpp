@@ -396,7 +396,7 @@ Result<LoadedItem> gm_load(const Head& head, ByteView raw, const ChunkReader& re
   const Result<Bytes> mean = read({kMeanChunk, kPayloadChunk});
   if (!mean) return mean.error();
   if (const auto ok = append_mean(head, p, *mean, item.words[0]); !ok) return ok.error();
-  const Result<CodedRows> rows = read_levels(head, p, read, std::clamp<std::uint32_t>(levels, 1, p.levels));
+  const Result<CodedRows> rows = read_levels(head, p, read, std::min(levels, p.levels - 1) + 1);
   if (!rows) return rows.error();
   GmShape shape = p.shape(head);
   shape.components = static_cast<std::uint32_t>(rows->columns);

@@ -501,14 +501,14 @@ TEST(GmRefined, FitsAndIsTheSameForAnyThreads) {
   options.rate = 2.5f;  // short, and so in long steps
   GmCodes codes[2];
   for (const unsigned threads : {1u, 3u}) {
-    run_on_threads(threads, [&] { codes[threads / 2] = gm_fit_refined(samples, options).codes; });
+    run_on_threads(threads, [&] { codes[threads / 2] = gm_fit_refined(samples, options)->codes; });
   }
   EXPECT_EQ(codes[0], codes[1]);
   EXPECT_EQ(codes[0].shape, (GmShape{40, 3, true}));
   const double fitted = mean_square(samples, gm_dequantise(codes[0]));
   EXPECT_LT(fitted, mean_alone / 8) << "9 dB at least";
   options.seed = 2;
-  EXPECT_NE(gm_fit_refined(samples, options).codes, codes[0]);
+  EXPECT_NE(gm_fit_refined(samples, options)->codes, codes[0]);
 }
 
 TEST(GmRefined, AllPrecisionsGatesAndNoShear) {
@@ -524,9 +524,35 @@ TEST(GmRefined, AllPrecisionsGatesAndNoShear) {
     options.rate = 2.5f;
     options.precision = precision;
     options.shear = precision != Precision::f16;
-    const GmCodes codes = gm_fit_refined(samples, options).codes;
+    const GmCodes codes = gm_fit_refined(samples, options)->codes;
     EXPECT_EQ(codes.shape.shear, options.shear);
     EXPECT_LT(mean_square(samples, gm_dequantise(codes)), mean_alone / 3);
+  }
+}
+
+// Whatever the state at which a fit is cut off, it goes on to the same end.
+TEST(GmRefined, GoesOnFromASavedState) {
+  const Dataset dataset = make_dataset({}, woven);
+  const GmSamples samples = with_mean(dataset);
+  for (const Precision precision : {Precision::f32, Precision::u8}) {
+    GmRefinedOptions options;
+    options.components = 40;
+    options.iterations = 700;
+    options.precision = precision;
+    std::vector<Bytes> states;
+    options.save = [&](const Bytes& state) { states.push_back(state); };
+    options.save_seconds = 0;
+    const GmCodes whole = gm_fit_refined(samples, options)->codes;
+    ASSERT_GT(states.size(), 300u);
+    for (const std::size_t at : {std::size_t{3}, states.size() / 2, states.size() - 1}) {
+      GmRefinedOptions rest = options;
+      rest.save = {};
+      rest.resume = states[at];
+      EXPECT_EQ(gm_fit_refined(samples, rest)->codes, whole) << at;
+    }
+    options.resume = states[5];
+    options.resume.pop_back();
+    EXPECT_FALSE(gm_fit_refined(samples, options)) << "a byte short";
   }
 }
 
@@ -537,7 +563,7 @@ TEST(GmRefined, Extremes) {
     GmRefinedOptions options;
     options.components = components;
     options.iterations = 60;
-    const GmMixture mixture = gm_dequantise(gm_fit_refined(samples, options).codes);
+    const GmMixture mixture = gm_dequantise(gm_fit_refined(samples, options)->codes);
     for (const float v : mixture.values) EXPECT_TRUE(std::isfinite(v));
     return mean_square(samples, mixture);
   };
@@ -605,8 +631,10 @@ TEST(GmEm, LikelihoodNeverFallsAndThreadsDoNotMatter) {
   EXPECT_GT(fits[0].log_likelihood[11], fits[0].log_likelihood[0] + 1);
   // A checkpoint goes on where it was left.
   options.iterations = 6;
-  const GmEmFit half = gm_fit_em(samples, start, options);
-  EXPECT_EQ(gm_fit_em(samples, half.mixture, options).mixture, fits[0].mixture);
+  const std::optional<GmEmFit> half = gm_em_fit_of(gm_em_state(gm_fit_em(samples, start, options)));
+  ASSERT_TRUE(half);
+  options.iterations = 12;
+  EXPECT_EQ(gm_continue_em(samples, *half, options).mixture, fits[0].mixture);
   options.iterations = 100;
   options.epsilon = 0.05;
   EXPECT_LT(gm_fit_em(samples, start, options).iterations, 100u);

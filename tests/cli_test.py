@@ -656,7 +656,8 @@ class DecodeTest(CommandTest):
     def test_btf_there_and_back(self):
         folder, path = self.btf(), self.path("btf.btfc")
         for model, options in (("ptm", []), ("plm", []), ("pcarf", ["--rank", "4"]), ("pca", ["--rank", "49"]),
-                               ("lpca", ["--clusters", "3", "--rank", "9"])):
+                               ("lpca", ["--clusters", "3", "--rank", "9"]),
+                               ("gm", ["--components", "40", "--iterations", "300"])):
             with self.subTest(model):
                 made = self.json("encode", folder, "-o", path, "--model", model, *options, "--json")
                 self.assertEqual(made["payload_bits"], made["formula_bits"])
@@ -667,7 +668,7 @@ class DecodeTest(CommandTest):
                 done = run("compare", folder, path, "--measures", "psnr", "--json")
                 self.assertIn(done.returncode, (0, 7), done.stderr)
                 psnr = json.loads(done.stdout)["psnr_db"] or 99  # null: no difference at 16 bits
-                self.assertGreater(psnr, 90 if model in ("pca", "pcarf") else 18)  # 49 and 4 components hold all there is
+                self.assertGreater(psnr, 90 if model in ("pca", "pcarf") else 12 if model == "gm" else 18)  # 49 and 4 components hold all there is
                 for out in ("out", "out.exr"):
                     self.ok("decode", path, "-o", self.path(f"{model}-{out}"), "--directions", "all")
                     done = run("compare", folder, self.path(f"{model}-{out}"), "--measures", "psnr", "--json")
@@ -689,6 +690,49 @@ class DecodeTest(CommandTest):
         self.ok("decode", path, "-o", self.path("sheet.png"), "--directions", "all")
         self.assertGreater(files.read_png(self.path("sheet.png"))[0], 7)
         self.ok("bench", path, "--seconds", "0.02")
+
+    def test_mixture(self):
+        folder, path, state = self.btf(), self.path("gm.btfc"), self.path("gm.state")
+        encode = ["encode", folder, "-o", path, "--model", "gm", "--seed", "4"]
+        made = self.json(*encode, "--bytes", "1500", "--iterations", "200", "--json")
+        self.assertLessEqual(made["payload_bits"], 8 * 1500)
+        said = self.json("info", path, "--json")
+        self.assertEqual(said["parameters"]["components"], made["components"])
+        self.assertEqual(said["meta"]["gm.iterations"], "200")
+        # A fit that stops by the clock says what gives the same again.
+        made = self.json(*encode, "--components", "16", "--time-limit", "0.3", "--json")
+        by_time = Path(path).read_bytes()
+        self.ok(*encode, "--components", "16", "--iterations", str(made["iterations"]))
+        self.assertEqual(Path(path).read_bytes(), by_time)
+        # A state of another fit, and what is none, are refused and kept.
+        Path(state).write_bytes(b"nothing of the kind")
+        self.fails(INVALID, *encode, "--components", "8", "--iterations", "9", "--checkpoint", state, says=state)
+        self.assertEqual(Path(state).read_bytes(), b"nothing of the kind")
+        self.ok(*encode, "--components", "8", "--fit", "em", "--iterations", "4", "--layout", "paper")
+        whole = Path(path).read_bytes()
+        Path(state).unlink()
+        self.ok(*encode, "--components", "8", "--fit", "em", "--iterations", "4", "--layout", "paper", "--checkpoint", state)
+        Path(path).unlink()
+        self.ok(*encode, "--components", "8", "--fit", "em", "--iterations", "4", "--layout", "paper", "--checkpoint", state)
+        self.assertEqual(Path(path).read_bytes(), whole)
+        # Far away the picture is flat.
+        spread = []
+        for footprint in ("1", "1000"):
+            out = self.path("far.png")
+            self.ok("decode", path, "-o", out, "--view", "40,20", "--footprint", footprint)
+            codes = files.read_png(out)[4]
+            spread.append(max(codes[::3]) - min(codes[::3]))
+        self.assertGreater(spread[0], spread[1])
+        self.assertLessEqual(spread[1], 1)
+        sheet = self.path("sheet.png")
+        self.assertEqual(run("compare", folder, path, "--measures", "psnr", "--sheet", sheet).returncode, 7)
+        self.assertGreater(files.read_png(sheet)[0], 8 * 200)
+        for wrong in (["--gates", "33"], ["--components", "0"], ["--layout", "paper", "--precision", "u8"], ["--bytes", "100"],
+                      ["--decode-cost", "3"], ["--shear", "on", "--fit", "em"], ["--epsilon", "0.1"], ["--levels", "17"],
+                      ["--bytes", "2000", "--components", "9"], ["--time-limit", "1", "--iterations", "9"],
+                      ["--mean-brdf", "u8", "--mean-rank", "2"], ["--psnr", "0"]):
+            with self.subTest(wrong):
+                self.fails(USAGE, *encode, *wrong, says=wrong[0])
 
     def test_btf_mistakes(self):
         folder, path, picture = self.btf(), self.path("btf.btfc"), self.path("picture.png")

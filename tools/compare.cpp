@@ -14,6 +14,7 @@
 #include "format/options.h"
 #include "tools/command.h"
 #include "tools/compare_datasets.h"
+#include "tools/contact_sheet.h"
 #include "tools/dataset_input.h"
 #include "tools/file_source.h"
 #include "tools/texture_dataset.h"
@@ -24,10 +25,13 @@ namespace {
 
 struct CompareArguments {
   std::string a, b, map, measures = "ssim,mae_lab,flip";
+  std::string sheet;
   bool statistics = false;
   DatasetInput dataset;
   Report report;
 };
+
+constexpr std::size_t kSheetPairs = 8;
 
 bool is_btfc(const std::string& path) { return file_extension(path) == "btfc"; }
 
@@ -104,6 +108,10 @@ int compare_data(const CompareArguments& a, const MetricOptions& measures) {
   const Result<DatasetMetrics> m =
       compare_datasets(*reference, *candidate, {measures, progress_line("comparing")});
   if (!m) return fail("compare", m.error());
+  if (!a.sheet.empty()) {
+    const auto wrote = write_image(a.sheet, comparison_sheet(*reference, *candidate, kSheetPairs));
+    if (!wrote) return fail("compare", wrote.error());
+  }
   const Json json = dataset_metrics_json(*m);
   if (const auto wrote = a.report.write(dataset_metrics_text(*m), json); !wrote)
     return fail("compare", wrote.error());
@@ -139,6 +147,7 @@ int compare(const CompareArguments& arguments) {
     run_on_threads(arguments.dataset.threads, [&] { code = compare_data(arguments, *measures); });
     return code;
   }
+  if (!arguments.sheet.empty()) return stop(bad_argument("--sheet is for data sets"));
   if (arguments.dataset.given())
     return stop(bad_argument("--crop, --missing and --scratch are for data sets"));
   if (!arguments.map.empty() && !is_btfc(arguments.a) && !is_btfc(arguments.b)) {
@@ -224,6 +233,10 @@ Verb add_compare(CLI::App& app) {
       "A; A and B may differ in size, and then have no PSNR, RMSE, SSIM and peak; exit 0");
   verb->add_option("--measures", a->measures, "which of the slower measures (default ssim,mae_lab,flip)")
       ->type_name("psnr,ssim,…");
+  verb->add_option(
+          "--sheet", a->sheet,
+          "of data sets: also a picture of eight pairs, from the steepest to the most grazing, A above B")
+      ->type_name("OUT.png");
   a->dataset.attach(*verb);
   a->report.attach(*verb);
   return {verb, [a] { return compare(*a); }};

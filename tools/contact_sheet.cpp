@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "encoder/metrics/display_values.h"
 
@@ -36,7 +37,61 @@ Image small_picture(const Image& image, const std::vector<float>& display, std::
   return out;
 }
 
+// One picture, texels repeated `larger` times each way, its top left texel at (x, y) of the sheet.
+void place(const Image& one, std::uint32_t larger, std::uint32_t x, std::uint32_t y, Image& sheet) {
+  for (std::uint32_t v = 0; v < one.height * larger; ++v) {
+    for (std::uint32_t u = 0; u < one.width * larger; ++u) {
+      for (std::uint32_t c = 0; c < 3; ++c) sheet.at(x + u, y + v, c) = one.at(u / larger, v / larger, c);
+    }
+  }
+}
+
+// Pair numbers by the angles of view and light together, evenly from the least to the most.
+std::vector<std::size_t> by_obliqueness(const DatasetInfo& info, std::size_t most) {
+  std::vector<std::size_t> order(info.pairs.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto angle = [&](std::size_t p) {
+    return info.views[info.pairs[p].view].theta + info.lights[info.pairs[p].light].theta;
+  };
+  std::stable_sort(order.begin(), order.end(), [&](auto p, auto q) { return angle(p) < angle(q); });
+  const std::size_t count = std::min(most, order.size());
+  std::vector<std::size_t> chosen;
+  for (std::size_t n = 0; n < count; ++n)
+    chosen.push_back(order[count == 1 ? 0 : n * (order.size() - 1) / (count - 1)]);
+  return chosen;
+}
+
+Image blank_sheet(std::uint32_t width, std::uint32_t height) {
+  Image sheet;
+  sheet.width = width;
+  sheet.height = height;
+  sheet.channels = 3;
+  sheet.colour_space = ColourSpace::srgb_rec709_scene;
+  sheet.codes.assign(std::size_t{width} * height * 3, 255);
+  return sheet;
+}
+
 }  // namespace
+
+Image comparison_sheet(const Dataset& a, const Dataset& b, std::size_t most) {
+  const std::vector<std::size_t> pairs = by_obliqueness(a.info(), most);
+  const std::uint32_t side = std::max(a.info().width, a.info().height);
+  const std::uint32_t factor = (side + kLargest - 1) / kLargest, larger = std::max(1u, kLargest / side);
+  Image sheet;
+  std::uint32_t row = 0;
+  for (const Dataset* dataset : {&a, &b}) {
+    const std::vector<float> display = display_table(dataset->info().type, dataset->info().colour_space);
+    for (std::size_t n = 0; n < pairs.size(); ++n) {
+      const Image one = small_picture(dataset->image(pairs[n]), display, factor);
+      const std::uint32_t cell_x = one.width * larger + kGap, cell_y = one.height * larger + kGap;
+      if (sheet.codes.empty())
+        sheet = blank_sheet(static_cast<std::uint32_t>(pairs.size()) * cell_x - kGap, 2 * cell_y - kGap);
+      place(one, larger, static_cast<std::uint32_t>(n) * cell_x, row * cell_y, sheet);
+    }
+    ++row;
+  }
+  return sheet;
+}
 
 Image contact_sheet(const Dataset& dataset, std::size_t most, std::uint32_t repeats) {
   const std::size_t pairs = dataset.info().pairs.size(), count = std::min(most, pairs);
@@ -50,11 +105,7 @@ Image contact_sheet(const Dataset& dataset, std::size_t most, std::uint32_t repe
     const Image one = small_picture(dataset.image((2 * n + 1) * pairs / (2 * count)), display, factor);
     const std::uint32_t cell_x = one.width * repeats + kGap, cell_y = one.height * repeats + kGap;
     if (n == 0) {
-      sheet.width = columns * cell_x - kGap;
-      sheet.height = rows * cell_y - kGap;
-      sheet.channels = 3;
-      sheet.colour_space = ColourSpace::srgb_rec709_scene;
-      sheet.codes.assign(std::size_t{sheet.width} * sheet.height * 3, 255);
+      sheet = blank_sheet(columns * cell_x - kGap, rows * cell_y - kGap);
     }
     const auto column = static_cast<std::uint32_t>(n % columns),
                row = static_cast<std::uint32_t>(n / columns);

@@ -21,6 +21,7 @@ namespace {
 struct Arguments {
   std::string input, output, map, region, view, light, directions, scratch;
   std::optional<std::uint32_t> levels;
+  float footprint = 1;
   unsigned threads = 0;
   Report report;
 };
@@ -148,6 +149,7 @@ int run(const Arguments& a) {
   if (!texture) return stop(texture.error());
   if (!a.directions.empty()) return decode_all(a, texture->get());
   btfc_directions directions{};
+  directions.footprint = a.footprint;
   if (const auto parsed = parse_direction("view", a.view, directions.view); !parsed)
     return stop(parsed.error());
   if (const auto parsed = parse_direction("light", a.light, directions.light); !parsed)
@@ -197,6 +199,10 @@ Verb add_decode(CLI::App& app) {
                    "pair, or OUT.png as a contact sheet")
       ->check(CLI::IsMember({"all"}))
       ->type_name("all");
+  verb->add_option("--footprint", a->footprint,
+                   "of model gm: each texel seen through a box of so many texels a side (default 1)")
+      ->check(CLI::Range(1.0f, 1048576.0f))
+      ->type_name("N");
   verb->add_option("--levels", a->levels, "only so many refinements after the coarsest level (default: all)")
       ->type_name("N");
   verb->add_option("--scratch", a->scratch, "of --directions: where samples are kept meanwhile")

@@ -23,7 +23,7 @@ namespace {
 constexpr OptionSpec kOwnOptions[] = {
     {"fit", "refined|em",
      "descent on the decoded error, or the paper's maximum likelihood (default refined)"},
-    {"iterations", "N", "steps: of refined (default 12000), of em (default 40)"},
+    {"iterations", "N", "steps: of refined (default 16000), of em (default 40)"},
     {"time-limit", "S", "stop after so many seconds and say which --iterations give the same again"},
     {"epsilon", "E", "em: stop where the mean log-likelihood grows by less (default 0: never)"},
     {"share", "N", "em: see an N-th of the pairs an iteration, others each time (default 1: all)"},
@@ -42,7 +42,7 @@ constexpr auto all_options() {
 }
 constexpr auto kAllOptions = all_options();
 
-constexpr std::uint32_t kStepsRefined = 12000, kStepsEm = 40;
+constexpr std::uint32_t kStepsRefined = 16000, kStepsEm = 40;
 constexpr std::uint32_t kSearchFirst = 32, kSearchMost = 16384;  // components, of --psnr
 
 struct Settings {

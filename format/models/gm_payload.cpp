@@ -357,9 +357,12 @@ Result<Layout> gm_layout(const Head& head, ByteView raw) {
   const std::uint64_t tile = std::uint64_t{channels} * head.texels() * head.pairs;
   const double raw_bits = static_cast<double>(tile) * (mean_f32 ? 32 : 8);
   layout.paper = PaperCount{
-      "Filip, Grim, Haindl: 18 M numbers of 32 bits and the mean BRDF as a table, without the M weights",
+      "Filip, Grim, Haindl: means and spreads of 32 bits and the mean BRDF as a table, without weights",
       bits,
-      {{"bits_with_weights", std::to_string(bits + std::uint64_t{32} * p->components)},
+      {{"values", std::to_string(std::uint64_t{2} * (kGmInputs + channels) * p->components +
+                                 std::uint64_t{head.pairs} * channels)},
+       {"tile_values", std::to_string(tile)},
+       {"bits_with_weights", std::to_string(bits + std::uint64_t{32} * p->components)},
        {"ratio", fmt::format("{:.6g}", raw_bits / static_cast<double>(bits))}}};
   layout.parameters = {{"components", std::to_string(p->components)},
                        {"gates", std::to_string(p->gates)},

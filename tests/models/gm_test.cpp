@@ -30,8 +30,8 @@ TEST(GmModel, CountsAreThePapers) {
   const Layout wide = with("f32"), narrow = with("u8");
   EXPECT_EQ(wide.paper->bits, 917856u);
   EXPECT_EQ(narrow.paper->bits, 445464u);
-  EXPECT_EQ(wide.paper->counts[1].value, "44972.5");
-  EXPECT_EQ(narrow.paper->counts[1].value, "23165.9");
+  EXPECT_EQ(wide.paper->counts.back().value, "44972.5");
+  EXPECT_EQ(narrow.paper->counts.back().value, "23165.9");
   // What is stored: the weights and PARM too.
   EXPECT_EQ(wide.formula_bits, 917856u + 32 * 500 + 128);
   EXPECT_EQ(narrow.formula_bits, 445464u + 32 * 500 + 128);

@@ -14,10 +14,12 @@ namespace {
 struct Arguments {
   std::string input, map;
   double seconds = 0.4;
+  float footprint = 1;
   Report report;
 };
 
 constexpr std::size_t kRandomTexels = 100000;
+constexpr std::size_t kSingleQueries = 4000;  // of a BTF, one a call: some models take microseconds for one
 
 // Median over rounds of texels per second; work() handles `texels` of them.
 struct Contestant {
@@ -78,13 +80,14 @@ int run(Arguments& a) {
   }
   // Of a BTF: rectangles under a pair of directions that was not measured, queries under any.
   const bool btf = btfc_texture_views(t) > 1 || btfc_texture_lights(t) > 1;
-  btfc_directions fixed{{0.35f, 0.2f, 0.8f}, {-0.3f, 0.45f, 0.7f}, 0, 0};
+  btfc_directions fixed{{0.35f, 0.2f, 0.8f}, {-0.3f, 0.45f, 0.7f}, a.footprint, 0};
   std::vector<btfc_query> queries(btf ? kRandomTexels : 0);
   for (std::size_t i = 0; i < queries.size(); ++i) {
     btfc_query& q = queries[i];
     q.x = at[2 * i];
     q.y = at[2 * i + 1];
     q.map = map;
+    q.footprint = a.footprint;
     for (float(*d)[3] : {&q.view, &q.light}) {
       const double z = static_cast<double>(random()) * 0x1p-32,
                    phi = static_cast<double>(random()) * 0x1p-32 * 6.2831853;
@@ -98,6 +101,7 @@ int run(Arguments& a) {
   std::vector<unsigned char> image(size), other(size), batch(kRandomTexels * texel_bytes);
   btfc_decode_rect(t, nullptr, map, &fixed, 0, 0, width, height, info.sample, image.data(), row, size);
 
+  const std::uint32_t naive_rows = btf ? 8 : 64;
   std::vector<Contestant> all = {
       {"cpu_full_mtexel_s",
        texels,
@@ -106,9 +110,9 @@ int run(Arguments& a) {
        },
        {}},
       {"cpu_random_mtexel_s",
-       kRandomTexels,
+       btf ? kSingleQueries : kRandomTexels,
        [&] {
-         for (std::size_t i = 0; i < queries.size(); ++i)
+         for (std::size_t i = 0; i < kSingleQueries && btf; ++i)
            btfc_eval(t, nullptr, &queries[i], sizeof(btfc_query), 1, &values[4 * i], 4);
          for (std::size_t i = 0; i < kRandomTexels && !btf; ++i) {
            btfc_decode_texels(t, nullptr, map, nullptr, &at[2 * i], 1, info.sample, &batch[i * texel_bytes],
@@ -128,14 +132,15 @@ int run(Arguments& a) {
        },
        {}},
       {"cpu_naive_mtexel_s",
-       std::size_t{width} * std::min(height, 64u),
+       std::size_t{width} * std::min(height, naive_rows),
        [&] {  // the reference, texel by texel as floats
          btfc_query query{};
          query.map = map;
+         query.footprint = a.footprint;
          std::copy_n(fixed.view, 3, query.view);
          std::copy_n(fixed.light, 3, query.light);
          float value[4];
-         for (query.y = 0; query.y < static_cast<std::int32_t>(std::min(height, 64u)); ++query.y) {
+         for (query.y = 0; query.y < static_cast<std::int32_t>(std::min(height, naive_rows)); ++query.y) {
            for (query.x = 0; query.x < static_cast<std::int32_t>(width); ++query.x) {
              btfc_eval(t, nullptr, &query, sizeof query, 1, value, 4);
              std::memcpy(batch.data(), value, sizeof(float));
@@ -177,6 +182,9 @@ Verb add_bench(CLI::App& app) {
   verb->add_option("--seconds", a->seconds, "time for each measure (default 0.4)")
       ->check(CLI::Range(0.01, 60.0))
       ->type_name("S");
+  verb->add_option("--footprint", a->footprint, "as of decode (default 1)")
+      ->check(CLI::Range(1.0f, 1048576.0f))
+      ->type_name("N");
   a->report.attach(*verb);
   return {verb, [a] { return run(*a); }};
 }

@@ -13,11 +13,6 @@ namespace {
 // The mean's four channels, then how many components the slice has, then its rows.
 constexpr std::size_t kCountAt = 4, kRowsAt = 5;
 
-GmPairInputs inputs_of(const GmDirections& d) {
-  return {{d.view.x, d.view.y, d.light.x, d.light.y},
-          {d.view_slope.x, d.view_slope.y, d.light_slope.x, d.light_slope.y}};
-}
-
 // The mean and the mixture's share -> the value, in place.
 void finish_value(const GmParams& p, const float* mean, float* value) {
   vec4 sum(0);
@@ -32,8 +27,8 @@ std::vector<float> gm_begin_values(const LoadedItem& item, std::uint32_t map, co
   const auto p = params_of<GmParams>(item, map);
   const GmState s = gm_begin(words_of(item), p, query);
   std::vector<float> rows;
-  const GmSlice slice = gm_slice(gm_field_of_words(item.words[GM_COMPONENTS], p), inputs_of(s.directions),
-                                 s.variance, s.far_limit, kGmError, rows);
+  const GmSlice slice = gm_slice(gm_field_of_words(item.words[GM_COMPONENTS], p),
+                                 gm_pair_inputs(s.directions), s.variance, s.far_limit, kGmError, rows);
   std::vector<float> state = {s.mean.x, s.mean.y, s.mean.z, s.mean.w, std::bit_cast<float>(slice.count)};
   state.insert(state.end(), rows.begin(), rows.end());
   return state;
@@ -71,7 +66,7 @@ void gm_eval_queries(const LoadedItem& item, std::uint32_t map, std::span<const 
     means[q] = s.mean;
     inputs[q] = {static_cast<float>(btfc_wrap(queries[q].texel.x, p.width, p.wrap_u)) + 0.5f,
                  static_cast<float>(btfc_wrap(queries[q].texel.y, p.height, p.wrap_v)) + 0.5f,
-                 inputs_of(s.directions)};
+                 gm_pair_inputs(s.directions)};
   }
   const std::span<float> values(out, queries.size() * p.channels);
   gm_evaluate_batch(gm_field_of_words(item.words[GM_COMPONENTS], p), inputs, {p.gates, kGmError}, values);

@@ -314,7 +314,7 @@ def gm_recipes(folder):
                         *mixture(13, 2, 3, "f16", "f32", "on"), "--codec", "zstd"],
         "log_wraps": [made("log", sets.RING, sets.GRID[:4], (5, 4), 3, "float16", peak=6.0, wraps=True),
                       *mixture(17, 3, 0, "u8", "coded", "on", *rank), "--codec", "zstd"],
-        "paper": [made("paper", sets.RING, sets.HORIZON, (6, 4), wraps=True), "--layout", "paper", "--components", "14",
+        "paper": [made("paper", sets.RING, sets.HORIZON, (6, 4), wraps=True), "--layout", "paper", "--onion", "printed", "--components", "14",
                   "--mean-brdf", "u8", *em, "--codec", "raw"],
     }
 

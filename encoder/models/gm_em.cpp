@@ -16,7 +16,7 @@ constexpr double kLeastSamples = 5;  // fewer make a component dead
 constexpr double kStartSpread = 0.5;
 
 // Of shares that differ each iteration (Cappé, Moulines 2009): the new one counts (iteration + 1)^-kForget.
-constexpr double kForget = 0.6;
+constexpr double kForget = 0.6, kLeastStep = 0.4;
 constexpr std::uint64_t kPhaseStep = 0x9e3779b1;  // odd and far from small fractions
 
 // Moments about the means become those about the origin, or back.
@@ -234,7 +234,7 @@ GmEmFit gm_continue_em(const GmSamples& samples, GmEmFit fit, const GmEmOptions&
     const double before = fit.log_likelihood.empty() ? -1e300 : fit.log_likelihood.back();
     fit.log_likelihood.push_back(mean);
     if (options.every > 1) {
-      const double share = std::max(1.0 / options.every, std::pow(fit.iterations + 1.0, -kForget));
+      const double share = std::max(kLeastStep, std::pow(fit.iterations + 1.0, -kForget));
       blend(fit.mixture, sums, share, fit.kept);
     }
     fit.mixture = gm_em_maximise(fit.mixture, sums, floors);

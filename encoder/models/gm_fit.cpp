@@ -383,7 +383,7 @@ Result<FitResult> gm_fit(const FitInput& input, const FitSettings& settings) {
   GmMean mean;
   Result<Scored> scored = bad_argument("");
   run_on_threads(settings.threads, [&] {
-    GmSamples samples = gm_samples(dataset, s.transform);
+    GmSamples samples = gm_samples(dataset, s.transform, s.parm.onion);
     mean = gm_code_mean(samples, gm_mean_table(samples), s.parm.mean, s.parm.mean_rank);
     samples.mean = gm_decoded_mean(samples, mean);
     scored = s.psnr ? search_psnr(samples, s, settings) : fit_and_score(samples, s, settings);

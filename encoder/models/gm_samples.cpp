@@ -74,7 +74,7 @@ GmBox box_of(const std::vector<GmPairInputs>& pairs, const std::vector<std::uint
 
 }  // namespace
 
-GmSamples gm_samples(const Dataset& dataset, GmTransform transform) {
+GmSamples gm_samples(const Dataset& dataset, GmTransform transform, GmOnion onion) {
   const DatasetInfo& info = dataset.info();
   GmSamples out;
   out.dataset = &dataset;
@@ -92,7 +92,8 @@ GmSamples gm_samples(const Dataset& dataset, GmTransform transform) {
     out.high = 1e30f;
   }
   for (const DirectionPair& pair : info.pairs) {
-    out.pairs.push_back(gm_pair_inputs(unit(info.views[pair.view]), unit(info.lights[pair.light])));
+    out.pairs.push_back(gm_pair_inputs(gm_directions(
+        unit(info.views[pair.view]), unit(info.lights[pair.light]), static_cast<std::uint32_t>(onion))));
   }
   const auto view_group = group_directions(info.views), light_group = group_directions(info.lights);
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> groups;

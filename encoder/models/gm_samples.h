@@ -42,7 +42,8 @@ struct GmSamples {
 enum class GmTransform { identity, log };
 
 // channels of the data set: 1 … 4.
-GmSamples gm_samples(const Dataset& dataset, GmTransform transform = GmTransform::identity);
+GmSamples gm_samples(const Dataset& dataset, GmTransform transform = GmTransform::identity,
+                     GmOnion onion = GmOnion::with_sign);
 
 // values[pair * channels + channel]: means over texels (eq. 11's mean BRDF), in doubles. On the threads of
 // the calling oneTBB arena; the sums do not depend on them.

@@ -64,8 +64,7 @@ GmField gm_field_of_words(const std::vector<std::uint32_t>& words, const GmParam
   return field;
 }
 
-GmPairInputs gm_pair_inputs(const vec3& view, const vec3& light) {
-  const GmDirections d = gm_directions(view, light);
+GmPairInputs gm_pair_inputs(const GmDirections& d) {
   return {{d.view.x, d.view.y, d.light.x, d.light.y},
           {d.view_slope.x, d.view_slope.y, d.light_slope.x, d.light_slope.y}};
 }

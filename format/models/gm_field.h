@@ -32,7 +32,7 @@ GmField gm_field_of_words(const std::vector<std::uint32_t>& words, const GmParam
 struct GmPairInputs {
   float angle[4] = {}, slope[4] = {};
 };
-GmPairInputs gm_pair_inputs(const vec3& view, const vec3& light);
+GmPairInputs gm_pair_inputs(const GmDirections& directions);
 
 // A box of inputs: middles and half widths of x, y, the angles and the slopes.
 struct GmBox {

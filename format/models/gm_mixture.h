@@ -12,6 +12,9 @@ inline constexpr std::uint32_t kGmMaxComponents = 65536;
 inline constexpr std::uint32_t kGmMaxChannels = 4;
 inline constexpr std::uint32_t kGmInputs = 6;  // x, y; view a, b; light a, b (shaders/models/gm.h)
 
+// The angles of a direction: with_sign tells mirror directions apart, printed is the paper's own form.
+enum class GmOnion : std::uint8_t { with_sign = 0, printed = 1 };
+
 // How the mean BRDF is stored: a value a pair and channel, or factors of low rank.
 enum class GmMeanForm : std::uint8_t { f32 = 0, u8 = 1, coded = 2 };
 

@@ -217,6 +217,10 @@ Result<GmParm> gm_parm_from_options(const OptionValues& options, SampleType samp
   const auto shear = parse_choice(options, "shear", kSwitch);
   if (!shear) return shear.error();
   p.shear = shear->value_or(paper ? 1 : 0) == 0;
+  constexpr const char* kOnions[] = {"signed", "printed"};
+  const auto onion = parse_choice(options, "onion", kOnions);
+  if (!onion) return onion.error();
+  p.onion = static_cast<GmOnion>(onion->value_or(0));
   const auto levels = parse_u32(options, "levels", 1, kGmMostLevels);
   if (!levels) return levels.error();
   p.levels = levels->value_or(paper ? 1 : 4);
@@ -243,6 +247,7 @@ Bytes write_gm_parm(const GmParm& p) {
   raw[10] = p.shear ? 1 : 0;
   // 11: what a component's expert is. 0: a colour. Stored planes that it weights would be another.
   store_u16(&raw[12], static_cast<std::uint16_t>(p.mean_rank));
+  raw[14] = static_cast<std::uint8_t>(p.onion);
   return raw;
 }
 
@@ -274,7 +279,9 @@ Result<GmParm> read_gm_parm(const Head& head, ByteView raw) {
   const bool coded = p.mean == GmMeanForm::coded;
   if (p.mean_rank > kGmMostMeanRank || coded != (p.mean_rank > 0))
     return wrong("mean_rank", p.mean_rank, "1 to 255 with a coded mean and 0 otherwise");
-  if (load_u16(&raw[14]) != 0) return wrong("reserved", load_u16(&raw[14]), "0");
+  if (raw[14] > 1) return wrong("onion", raw[14], "0 or 1");
+  p.onion = static_cast<GmOnion>(raw[14]);
+  if (raw[15] != 0) return wrong("reserved", raw[15], "0");
   if (p.layout == GmLayout::paper && (p.precision != Precision::f32 || p.shear || p.levels != 1 || coded)) {
     return invalid("GM1", 0,
                    "PARM has layout 1 with a precision, mean_form, shear or levels that it does not have");
@@ -375,7 +382,8 @@ Result<Layout> gm_layout(const Head& head, ByteView raw) {
                                                      : "u8",
                         false},
                        {"mean_rank", std::to_string(p->mean_rank)},
-                       {"shear", p->shear ? "on" : "off", false}};
+                       {"shear", p->shear ? "on" : "off", false},
+                       {"onion", p->onion == GmOnion::printed ? "printed" : "signed", false}};
   for (const Map& map : head.maps) {
     const std::uint64_t outputs = std::uint64_t{8} * element_bytes(p->precision) * p->components;
     layout.map_bits.push_back(map.channels * outputs);
@@ -432,7 +440,8 @@ Result<LoadedItem> gm_load(const Head& head, ByteView raw, const ChunkReader& re
                     static_cast<uint>(p.mean),
                     mean_word,
                     p.mean_rank,
-                    static_cast<uint>(head.value_transform)};
+                    static_cast<uint>(head.value_transform),
+                    static_cast<uint>(p.onion)};
   });
   return item;
 }

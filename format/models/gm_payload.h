@@ -26,6 +26,7 @@ struct GmParm {
   GmMeanForm mean = GmMeanForm::coded;
   std::uint32_t mean_rank = 0;  // of a coded mean
   bool shear = true;
+  GmOnion onion = GmOnion::with_sign;
   bool operator==(const GmParm&) const = default;
 
   GmShape shape(const Head& head) const { return {components, head.channels(), shear}; }
@@ -72,6 +73,7 @@ inline constexpr OptionSpec kGmOptions[] = {
      "the mean BRDF: a table, or factors (default coded; layout paper: a table)"},
     {"mean-rank", "R", "factors of a coded mean BRDF, 1 to 255 (default 8)"},
     {"shear", "on|off", "two numbers a component for parallax and drift of shadows (default on)"},
+    {"onion", "signed|printed", "angles of directions; printed folds mirror ones together (default signed)"},
     {"layout", "compact|paper", "what decoding uses, or all that the paper counts (default compact)"},
     {"levels", "N", "parts that each double the components, 1 to 16 (default 4)"},
 };

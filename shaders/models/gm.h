@@ -39,6 +39,7 @@ const float GM_TWO_LN2 = 1.38629436f;
 // Forms of the mean BRDF, and what was done to values before the fit (spec/registry.md).
 const uint GM_MEAN_CODED = 2u;
 const uint GM_TRANSFORM_LOG = 2u;
+const uint GM_ONION_PRINTED = 1u;
 
 // One map's parameters. Slot 0: direction tables, mean BRDF; slot 1: components.
 struct GmParams {
@@ -60,6 +61,7 @@ struct GmParams {
   uint mean_word;  // the table's elements; or steps, then view codes, then light codes
   uint mean_rank;  // of GM_MEAN_CODED
   uint transform;
+  uint onion;  // 1: the printed angles, whose second is never below 0
 };
 
 // Onion-slice angles, signed: asin(x), atan2(y, z). The printed arccos(cos theta / cos xi) is the latter's
@@ -82,10 +84,14 @@ struct GmDirections {
   vec2 light_slope;
 };
 
-BTFC_FN GmDirections gm_directions(BTFC_IN(vec3) view, BTFC_IN(vec3) light) {
+BTFC_FN GmDirections gm_directions(BTFC_IN(vec3) view, BTFC_IN(vec3) light, uint onion) {
   GmDirections d;
   d.view = gm_onion(view);
   d.light = gm_onion(light);
+  if (onion == GM_ONION_PRINTED) {
+    if (d.view.y < 0.0f) d.view.y = -d.view.y;
+    if (d.light.y < 0.0f) d.light.y = -d.light.y;
+  }
   d.view_slope = gm_slope(view);
   d.light_slope = gm_slope(light);
   return d;
@@ -317,7 +323,7 @@ BTFC_FN vec4 gm_table_mean(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(BtfcCo
 
 BTFC_FN GmState gm_begin(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(BtfcQuery) query) {
   GmState s;
-  s.directions = gm_directions(btfc_upper_unit(query.view), btfc_upper_unit(query.light));
+  s.directions = gm_directions(btfc_upper_unit(query.view), btfc_upper_unit(query.light), p.onion);
   BtfcCorners view = btfc_corners(words, p.views_word, query.view);
   BtfcCorners light = btfc_corners(words, p.lights_word, query.light);
   if (p.mean_form == GM_MEAN_CODED) {

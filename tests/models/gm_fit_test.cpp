@@ -115,7 +115,7 @@ std::vector<GmQuery> random_queries(std::size_t count, const Kind& kind, std::ui
     q.x = static_cast<float>(kind.width * random.uniform());
     q.y = static_cast<float>(kind.height * random.uniform());
     const vec3 view = direction(), light = direction();
-    q.directions = gm_pair_inputs(view, light);
+    q.directions = gm_pair_inputs(gm_directions(view, light, 0));
   }
   return queries;
 }
@@ -377,7 +377,7 @@ TEST(GmEvaluate, FootprintWidensAndFlattens) {
   const BtfcWords all = words_of_components(words);
   const GmParams params = params_of_field(field, 0);
   GmState s{};
-  s.directions = gm_directions(vec3(0, 0, 1), vec3(0, 0, 1));
+  s.directions = gm_directions(vec3(0, 0, 1), vec3(0, 0, 1), 0);
   EXPECT_NEAR(gm_of_all(all, params, s, 8, 8).x, 32.0 / 33, 1e-5);
   // Variance 16 texels^2: the narrow peak falls by 1 + 16 / 0.25, the wide one by 1 + 16 / 256.
   const double narrow = 32.0 / 65, wide = 1.0 / (1 + 1.0 / 16);

@@ -64,6 +64,7 @@ RandomGm random_gm(std::mt19937& random) {
   p.mean = static_cast<GmMeanForm>(below(paper ? 2 : 3));
   p.mean_rank = p.mean == GmMeanForm::coded ? 1 + below(4) : 0;
   p.shear = !paper && below(2) == 1;
+  p.onion = static_cast<GmOnion>(below(3) == 0);
 
   const std::uint32_t channels = head.channels(), rows = p.rows(head), dims = kGmInputs + channels;
   std::vector<float> values(std::size_t{rows} * p.components);
@@ -218,7 +219,8 @@ TEST(GmModel, BothFitsLayoutsPrecisionsAndMeans) {
   for (const OptionValues& options :
        {OptionValues{{"precision", "f32"}}, OptionValues{{"precision", "f16"}}, OptionValues{},
         OptionValues{{"gates", "4"}}, OptionValues{{"shear", "off"}}, OptionValues{{"mean-brdf", "u8"}},
-        OptionValues{{"layout", "paper"}}, OptionValues{{"levels", "1"}}, OptionValues{{"fit", "em"}},
+        OptionValues{{"layout", "paper"}}, OptionValues{{"levels", "1"}}, OptionValues{{"onion", "printed"}},
+        OptionValues{{"fit", "em"}},
         OptionValues{{"fit", "em"}, {"layout", "paper"}, {"mean-brdf", "f32"}}}) {
     OptionValues all = options;
     all.emplace("components", "60");

@@ -27,14 +27,15 @@ class Model(TableModel):
     def __init__(self, head, parm):
         require(len(parm) == 16, "GM1", f"PARM has {len(parm)} bytes")
         (self.M, self.K, self.N, self.layout, self.precision, self.mean_form, self.shear, experts, self.R,
-         reserved) = struct.unpack("<IH6B2H", parm)
+         self.onion, reserved) = struct.unpack("<IH6BH2B", parm)
         rank = (1, 255) if self.mean_form == MEAN_FACTORS else (0, 0)
         paper = self.layout == PAPER
         for what, value, least, most in (
                 ("components", self.M, 1, 65536), ("gates", self.K, 0, 32), ("levels", self.N, 1, 1 if paper else 16),
                 ("layout", self.layout, 0, 1), ("precision", self.precision, 0, 0 if paper else 2),
                 ("mean_form", self.mean_form, 0, 1 if paper else 2), ("shear", self.shear, 0, 0 if paper else 1),
-                ("experts", experts, 0, 0), ("mean_rank", self.R, *rank), ("reserved", reserved, 0, 0)):
+                ("experts", experts, 0, 0), ("mean_rank", self.R, *rank),
+                ("onion", self.onion, 0, 1), ("reserved", reserved, 0, 0)):
             require(least <= value <= most, "GM1", f"{what} is {value}")
         require(1 << (self.N - 1) <= self.M, "GM1", f"{self.N} levels of {self.M} components")
         super().__init__(head)
@@ -172,7 +173,8 @@ class Model(TableModel):
         angles, slopes = [], []
         for d in (view, light):
             dx, dy, dz = towards(d)
-            angles += [math.atan2(dx, math.hypot(dy, dz)), math.atan2(dy, dz)]
+            b = math.atan2(dy, dz)
+            angles += [math.atan2(dx, math.hypot(dy, dz)), abs(b) if self.onion else b]
             steep = max(dz, 0.2)
             slopes.append((dx / steep, -dy / steep))
         (view_x, view_y), (light_x, light_y) = slopes

@@ -15,8 +15,9 @@ namespace {
 constexpr double kLeastSamples = 5;  // fewer make a component dead
 constexpr double kStartSpread = 0.5;
 
-// Of shares that differ each iteration (Cappé, Moulines 2009): the new one counts (iteration + 1)^-kForget.
-constexpr double kForget = 0.6, kLeastStep = 0.4;
+// Of shares that differ each iteration (Cappé, Moulines 2009): how much the new one counts. Steps that fall
+// from one iteration to the next would calm the noise of small shares, but cost far more iterations.
+constexpr double kNewShare = 0.8;
 constexpr std::uint64_t kPhaseStep = 0x9e3779b1;  // odd and far from small fractions
 
 // Moments about the means become those about the origin, or back.
@@ -233,10 +234,7 @@ GmEmFit gm_continue_em(const GmSamples& samples, GmEmFit fit, const GmEmOptions&
     const double mean = sums.log_likelihood / static_cast<double>(sums.samples);
     const double before = fit.log_likelihood.empty() ? -1e300 : fit.log_likelihood.back();
     fit.log_likelihood.push_back(mean);
-    if (options.every > 1) {
-      const double share = std::max(kLeastStep, std::pow(fit.iterations + 1.0, -kForget));
-      blend(fit.mixture, sums, share, fit.kept);
-    }
+    if (options.every > 1) blend(fit.mixture, sums, kNewShare, fit.kept);
     fit.mixture = gm_em_maximise(fit.mixture, sums, floors);
     fit.reseeded += gm_em_reseed(fit.mixture, sums, kLeastSamples);
     ++fit.iterations;

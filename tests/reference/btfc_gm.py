@@ -248,7 +248,8 @@ class Model(TableModel):
         angles in l_m; g_x and g_y."""
         mu, sigma, p, _, h = self._mixture()
         d = np.array([towards(view), towards(light)])
-        angles = np.stack([np.arctan2(d[:, 0], np.hypot(d[:, 1], d[:, 2])), np.arctan2(d[:, 1], d[:, 2])], 1).ravel()
+        b = np.arctan2(d[:, 1], d[:, 2])
+        angles = np.stack([np.arctan2(d[:, 0], np.hypot(d[:, 1], d[:, 2])), np.abs(b) if self.onion else b], 1).ravel()
         slope = d[:, :2] * (1, -1) / np.maximum(d[:, 2:], 0.2)
         g = 1 + v / sigma[:2] ** 2
         l = p - np.log2(g).sum(0) / 2

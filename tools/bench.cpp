@@ -81,7 +81,9 @@ int run(Arguments& a) {
   // Of a BTF: rectangles under a pair of directions that was not measured, queries under any.
   const bool btf = btfc_texture_views(t) > 1 || btfc_texture_lights(t) > 1;
   btfc_directions fixed{{0.35f, 0.2f, 0.8f}, {-0.3f, 0.45f, 0.7f}, a.footprint, 0};
-  std::vector<btfc_query> queries(btf ? kRandomTexels : 0);
+  // Footprints are answered one query at a time.
+  const std::size_t batch_texels = btf && a.footprint > 1 ? kSingleQueries : kRandomTexels;
+  std::vector<btfc_query> queries(btf ? batch_texels : 0);
   for (std::size_t i = 0; i < queries.size(); ++i) {
     btfc_query& q = queries[i];
     q.x = at[2 * i];
@@ -121,7 +123,7 @@ int run(Arguments& a) {
        },
        {}},
       {"cpu_batch_mtexel_s",
-       kRandomTexels,
+       batch_texels,
        [&] {
          if (btf) {
            btfc_eval(t, nullptr, queries.data(), sizeof(btfc_query), queries.size(), values.data(), 4);

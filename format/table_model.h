@@ -35,6 +35,23 @@ constexpr auto with_table_options(const OptionSpec (&own)[N]) {
 // The HEAD that these options describe.
 Result<Head> table_head(ModelId model, const OptionValues& options);
 
+// An error about numbers that somebody typed: without the rule's number.
+Error as_usage(Error error);
+
+// `btfc size` of such a model: shape_for(head) makes of the options what write turns into PARM, and read
+// holds it against the model's rules.
+template <class ShapeFor, class Write, class Read>
+Result<ItemDescription> describe_table(ModelId model, const OptionValues& options, const ShapeFor& shape_for,
+                                       const Write& write, const Read& read) {
+  const Result<Head> head = table_head(model, options);
+  if (!head) return head.error();
+  const auto shape = shape_for(*head);
+  if (!shape) return shape.error();
+  const Bytes parm = write(*shape);
+  if (const auto checked = read(*head, parm); !checked) return as_usage(checked.error());
+  return ItemDescription{*head, parm};
+}
+
 // Rules V1 and V5: counts fit for tables, not unbounded, no value transform.
 Result<Done> check_table_head(const Head& head);
 
@@ -56,9 +73,6 @@ Result<DirectionWords> begin_table_item(const Head& head, const ChunkReader& rea
 // A coded array that is a chunk; faults break `rule`.
 Result<CodedRows> read_rows(const ChunkReader& read, const ChunkKey& key, std::uint64_t rows,
                             std::uint64_t columns, Precision precision, const char* rule);
-
-// An error about numbers that somebody typed: without the rule's number.
-Error as_usage(Error error);
 
 // Appends the params struct, of 4-byte scalars, of each map: make(map, number of its first channel).
 template <class Make>

@@ -166,13 +166,8 @@ std::vector<RawChunk> lpca_write(const Head& head, const LpcaShape& s, const Lpc
 }
 
 Result<ItemDescription> lpca_describe(const OptionValues& options) {
-  const Result<Head> head = table_head(ModelId::lpca, options);
-  if (!head) return head.error();
-  const Result<LpcaShape> wanted = lpca_shape_from_options(options);
-  if (!wanted) return wanted.error();
-  const Bytes parm = write_lpca_parm(*wanted);
-  if (const auto shape = read_lpca_parm(*head, parm); !shape) return as_usage(shape.error());
-  return ItemDescription{*head, parm};
+  const auto shape_for = [&](const Head&) { return lpca_shape_from_options(options); };
+  return describe_table(ModelId::lpca, options, shape_for, write_lpca_parm, read_lpca_parm);
 }
 
 Result<Layout> lpca_layout(const Head& head, ByteView parm) {

@@ -159,13 +159,8 @@ std::vector<RawChunk> plm_write(const Head& head, const PlmShape& s, const PlmPa
 }
 
 Result<ItemDescription> plm_describe(const OptionValues& options) {
-  const Result<Head> head = table_head(ModelId::plm, options);
-  if (!head) return head.error();
-  const Result<PlmShape> wanted = plm_shape_from_options(options);
-  if (!wanted) return wanted.error();
-  const Bytes parm = write_plm_parm(*wanted);
-  if (const auto shape = read_plm_parm(*head, parm); !shape) return as_usage(shape.error());
-  return ItemDescription{*head, parm};
+  const auto shape_for = [&](const Head&) { return plm_shape_from_options(options); };
+  return describe_table(ModelId::plm, options, shape_for, write_plm_parm, read_plm_parm);
 }
 
 Result<Layout> plm_layout(const Head& head, ByteView parm) {

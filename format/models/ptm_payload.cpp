@@ -101,13 +101,12 @@ Result<PtmView> read_ptm_view(const Head& head, const PtmShape& s, const ChunkRe
 }
 
 Result<ItemDescription> ptm_describe(const OptionValues& options) {
-  const Result<Head> head = table_head(ModelId::ptm, options);
-  if (!head) return head.error();
-  const auto precision = parse_precision(options, "precision", Precision::f32);
-  if (!precision) return precision.error();
-  const Bytes parm = write_ptm_parm({*precision});
-  if (const auto shape = read_ptm_parm(*head, parm); !shape) return as_usage(shape.error());
-  return ItemDescription{*head, parm};
+  const auto shape_for = [&](const Head&) -> Result<PtmShape> {
+    const auto precision = parse_precision(options, "precision", Precision::f32);
+    if (!precision) return precision.error();
+    return PtmShape{*precision};
+  };
+  return describe_table(ModelId::ptm, options, shape_for, write_ptm_parm, read_ptm_parm);
 }
 
 Result<Layout> ptm_layout(const Head& head, ByteView parm) {

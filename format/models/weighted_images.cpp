@@ -122,13 +122,9 @@ std::vector<RawChunk> weighted_write(const WeightedModel& model, const Head& hea
 }
 
 Result<ItemDescription> weighted_describe(const WeightedModel& model, const OptionValues& options) {
-  const Result<Head> head = table_head(model.id, options);
-  if (!head) return head.error();
-  const Result<WeightedShape> shape = weighted_shape_from_options(options);
-  if (!shape) return shape.error();
-  const Bytes parm = write_weighted_parm(*shape);
-  if (const auto checked = read_weighted_parm(model, *head, parm); !checked) return as_usage(checked.error());
-  return ItemDescription{*head, parm};
+  const auto shape_for = [&](const Head&) { return weighted_shape_from_options(options); };
+  const auto read = [&](const Head& head, ByteView parm) { return read_weighted_parm(model, head, parm); };
+  return describe_table(model.id, options, shape_for, write_weighted_parm, read);
 }
 
 Result<Layout> weighted_layout(const WeightedModel& model, const Head& head, const WeightedShape& s) {

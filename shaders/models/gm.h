@@ -37,6 +37,7 @@ const float GM_MOST_FOOTPRINT = 1048576.0f;
 const float GM_TWO_LN2 = 1.38629436f;
 
 // Forms of the mean BRDF, and what was done to values before the fit (spec/registry.md).
+const uint GM_MEAN_F32 = 0u;
 const uint GM_MEAN_CODED = 2u;
 const uint GM_TRANSFORM_LOG = 2u;
 const uint GM_ONION_PRINTED = 1u;
@@ -145,25 +146,27 @@ BTFC_FN float gm_angular(BTFC_WORDS words, uint m, BTFC_IN(GmDirections) d) {
   return distance;
 }
 
-// l_m at (x, y), texels, over a footprint of that variance.
+// The same of component m; as it is where there is no footprint.
+BTFC_FN GmWider gm_spread(BTFC_WORDS words, uint m, float variance) {
+  GmWider spread;
+  spread.x = gm_number(words, m, GM_SCALE);
+  spread.y = gm_number(words, m, GM_SCALE + 1u);
+  spread.peak = 0.0f;
+  if (variance > 0.0f) spread = gm_wider(spread.x, spread.y, variance);
+  return spread;
+}
+
+// l_m at (x, y), texels, with the spatial spread that the footprint leaves it.
 BTFC_FN float gm_gate(BTFC_WORDS words, BTFC_IN(GmParams) p, uint m, float x, float y,
-                      BTFC_IN(GmDirections) d, float variance) {
+                      BTFC_IN(GmDirections) d, BTFC_IN(GmWider) spread) {
   float hv = gm_number(words, m, GM_SHEAR);
   float hl = gm_number(words, m, GM_SHEAR + 1u);
   BTFC_PRECISE float dx = x - gm_number(words, m, 0u) - hv * d.view_slope.x - hl * d.light_slope.x;
   BTFC_PRECISE float dy = y - gm_number(words, m, 1u) - hv * d.view_slope.y - hl * d.light_slope.y;
   if (p.wrap_u == 1u) dx = gm_short_way(dx, float(p.width));
   if (p.wrap_v == 1u) dy = gm_short_way(dy, float(p.height));
-  float sx = gm_number(words, m, GM_SCALE);
-  float sy = gm_number(words, m, GM_SCALE + 1u);
-  float peak = gm_number(words, m, GM_HEIGHT);
-  if (variance > 0.0f) {
-    GmWider wider = gm_wider(sx, sy, variance);
-    sx = wider.x;
-    sy = wider.y;
-    peak = peak + wider.peak;
-  }
-  BTFC_PRECISE float distance = sx * dx * dx + sy * dy * dy;
+  float peak = gm_number(words, m, GM_HEIGHT) + spread.peak;
+  BTFC_PRECISE float distance = spread.x * dx * dx + spread.y * dy * dy;
   return peak - distance - gm_angular(words, m, d);
 }
 
@@ -184,12 +187,10 @@ struct GmState {
 
 // What component m adds under a footprint. The more of its peak is gone, the more of it is the mixture's far
 // limit, which is taken off: what is left far away is the mean BRDF.
-BTFC_FN vec4 gm_output_seen(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(GmState) s, uint m) {
+BTFC_FN vec4 gm_output_seen(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(GmState) s, uint m,
+                            BTFC_IN(GmWider) spread) {
   vec4 output_m = gm_output(words, p, m);
-  if (s.variance > 0.0f) {
-    GmWider wider = gm_wider(gm_number(words, m, GM_SCALE), gm_number(words, m, GM_SCALE + 1u), s.variance);
-    output_m = output_m - (1.0f - btfc_exp2(wider.peak)) * s.far_limit;
-  }
+  if (s.variance > 0.0f) output_m = output_m - (1.0f - btfc_exp2(spread.peak)) * s.far_limit;
   return output_m;
 }
 
@@ -243,8 +244,9 @@ BTFC_FN vec4 gm_far_limit(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(GmDirec
 BTFC_FN vec4 gm_of_all(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(GmState) s, float x, float y) {
   GmSum sum = gm_no_sum();
   for (uint m = 0u; m < p.components; m++) {
-    float gate = gm_gate(words, p, m, x, y, s.directions, s.variance);
-    sum = gm_add(sum, gate, gm_output_seen(words, p, s, m));
+    GmWider spread = gm_spread(words, m, s.variance);
+    float gate = gm_gate(words, p, m, x, y, s.directions, spread);
+    sum = gm_add(sum, gate, gm_output_seen(words, p, s, m, spread));
   }
   return gm_expectation(sum);
 }
@@ -256,7 +258,7 @@ BTFC_FN vec4 gm_of_best(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(GmState) 
   uint kept = 0u;
   uint most = min(p.gates, GM_MOST_GATES);
   for (uint m = 0u; m < p.components; m++) {
-    float gate = gm_gate(words, p, m, x, y, s.directions, s.variance);
+    float gate = gm_gate(words, p, m, x, y, s.directions, gm_spread(words, m, s.variance));
     if (kept == most && gate <= best[kept - 1u]) continue;
     uint at = kept < most ? kept : kept - 1u;
     while (at > 0u && best[at - 1u] < gate) {
@@ -269,7 +271,10 @@ BTFC_FN vec4 gm_of_best(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(GmState) 
     if (kept < most) kept = kept + 1u;
   }
   GmSum sum = gm_no_sum();
-  for (uint i = 0u; i < kept; i++) sum = gm_add(sum, best[i], gm_output_seen(words, p, s, number[i]));
+  for (uint i = 0u; i < kept; i++) {
+    GmWider spread = gm_spread(words, number[i], s.variance);
+    sum = gm_add(sum, best[i], gm_output_seen(words, p, s, number[i], spread));
+  }
   return gm_expectation(sum);
 }
 
@@ -304,8 +309,8 @@ BTFC_FN vec4 gm_coded_mean(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(BtfcCo
 // The mean BRDF as a table: the nine pairs around the query's.
 BTFC_FN vec4 gm_table_mean(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(BtfcCorners) view,
                            BTFC_IN(BtfcCorners) light) {
-  uint precision_m = p.mean_form == 0u ? BTFC_F32 : BTFC_U8;
-  float step_m = p.mean_form == 0u ? 1.0f : 0.00392156886f;  // binary32 nearest to 1/255
+  uint precision_m = p.mean_form == GM_MEAN_F32 ? BTFC_F32 : BTFC_U8;
+  float step_m = p.mean_form == GM_MEAN_F32 ? 1.0f : 0.00392156886f;  // binary32 nearest to 1/255
   vec4 value = vec4(0.0f);
   for (int i = 0; i < 3; i++) {
     for (int j = 0; j < 3; j++) {

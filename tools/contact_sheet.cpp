@@ -109,12 +109,9 @@ Image contact_sheet(const Dataset& dataset, std::size_t most, std::uint32_t repe
     }
     const auto column = static_cast<std::uint32_t>(n % columns),
                row = static_cast<std::uint32_t>(n / columns);
-    for (std::uint32_t y = 0; y < one.height * repeats; ++y) {
-      for (std::uint32_t x = 0; x < one.width * repeats; ++x) {
-        for (std::uint32_t c = 0; c < 3; ++c) {
-          sheet.at(column * cell_x + x, row * cell_y + y, c) = one.at(x % one.width, y % one.height, c);
-        }
-      }
+    for (std::uint32_t v = 0; v < repeats; ++v) {
+      for (std::uint32_t u = 0; u < repeats; ++u)
+        place(one, 1, column * cell_x + u * one.width, row * cell_y + v * one.height, sheet);
     }
   }
   return sheet;

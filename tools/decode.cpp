@@ -21,7 +21,7 @@ namespace {
 struct Arguments {
   std::string input, output, map, region, view, light, directions, scratch;
   std::optional<std::uint32_t> levels;
-  float footprint = 1;
+  std::optional<float> footprint;
   unsigned threads = 0;
   Report report;
 };
@@ -94,9 +94,10 @@ Result<Done> write_map(const btfc_texture* texture, std::uint32_t map, const btf
 // All pairs of directions.
 int decode_all(const Arguments& a, const btfc_texture* texture) {
   const auto stop = [](const Error& e) { return fail("decode", e); };
-  if (!a.map.empty() || !a.region.empty() || !a.view.empty() || !a.light.empty())
-    return stop(
-        bad_argument("--directions all decodes all there is, without --map, --region, --view, --light"));
+  if (!a.map.empty() || !a.region.empty() || !a.view.empty() || !a.light.empty() || a.footprint) {
+    return stop(bad_argument(
+        "--directions all decodes all there is, without --map, --region, --view, --light, --footprint"));
+  }
   Result<Done> done = Done{};
   Json json;
   run_on_threads(a.threads, [&] {
@@ -126,10 +127,11 @@ std::optional<int> write_exchanged(const Arguments& a) {
   const FileExchange* exchange = fitter(opened->head.model).exchange;
   if (exchange == nullptr || extension != exchange->extension) return std::nullopt;
   if (!a.map.empty() || !a.region.empty() || !a.view.empty() || !a.light.empty() || !a.directions.empty() ||
-      a.levels) {
-    return stop(bad_argument(fmt::format(
-        "a .{} file takes all there is, without --map, --region, --view, --light, --directions, --levels",
-        extension)));
+      a.levels || a.footprint) {
+    return stop(
+        bad_argument(fmt::format("a .{} file takes all there is, without --map, --region, --view, "
+                                 "--light, --directions, --levels, --footprint",
+                                 extension)));
   }
   const Result<Bytes> bytes = exchange->write(opened->head, opened->parm, chunk_reader(source, *opened));
   if (!bytes) return stop(placed(a.input, bytes.error()));
@@ -149,7 +151,7 @@ int run(const Arguments& a) {
   if (!texture) return stop(texture.error());
   if (!a.directions.empty()) return decode_all(a, texture->get());
   btfc_directions directions{};
-  directions.footprint = a.footprint;
+  directions.footprint = a.footprint.value_or(1);
   if (const auto parsed = parse_direction("view", a.view, directions.view); !parsed)
     return stop(parsed.error());
   if (const auto parsed = parse_direction("light", a.light, directions.light); !parsed)

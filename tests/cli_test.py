@@ -708,6 +708,8 @@ class DecodeTest(CommandTest):
         Path(state).write_bytes(b"nothing of the kind")
         self.fails(INVALID, *encode, "--components", "8", "--iterations", "9", "--checkpoint", state, says=state)
         self.assertEqual(Path(state).read_bytes(), b"nothing of the kind")
+        nowhere = self.path("none") + "/gm.state"  # told before time is spent
+        self.fails(IO, *encode, "--components", "8", "--checkpoint", nowhere, says=nowhere)
         self.ok(*encode, "--components", "8", "--fit", "em", "--iterations", "4", "--layout", "paper")
         whole = Path(path).read_bytes()
         Path(state).unlink()
@@ -749,6 +751,7 @@ class DecodeTest(CommandTest):
         for option, value in (("--view", "91,0"), ("--view", "30"), ("--light", "a,b"), ("--light", "10,20,30")):
             self.fails(USAGE, "decode", path, "-o", out, option, value, says=(option, value))
         self.fails(USAGE, "decode", path, "-o", out, "--directions", "all", "--region", "0,0,1,1", says="--directions")
+        self.fails(USAGE, "decode", path, "-o", out, "--directions", "all", "--footprint", "4", says="--footprint")
         self.assertFalse(Path(out).exists())
 
     def test_btf_size_sweep(self):

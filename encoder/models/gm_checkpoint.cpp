@@ -26,7 +26,8 @@ Result<Done> write_checkpoint(const std::string& path, std::uint64_t identity, c
   return write_file(path, file);
 }
 
-Result<Bytes> read_checkpoint(const std::string& path, std::uint64_t identity) {
+Result<Bytes> begin_checkpoint(const std::string& path, std::uint64_t identity) {
+  if (const auto writable = PendingFile::create(path); !writable) return writable.error();
   if (!std::filesystem::exists(path)) return Bytes{};
   Result<Bytes> file = read_file(path);
   if (!file) return file.error();

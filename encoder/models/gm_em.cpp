@@ -45,17 +45,16 @@ void blend(const GmEmMixture& mixture, GmEmSums& sums, double share, GmEmSums& k
   move_moments(mixture, -1, sums);
 }
 
-}  // namespace
-
-std::array<double, kGmMostDims> gm_spread_floors(const GmSamples& samples) {
-  const DatasetInfo& info = samples.dataset->info();
+// Least spreads of all dimensions: a code of 8 bits in the channels.
+std::array<double, kGmMostDims> floors_of(const GmSamples& samples) {
   std::array<double, kGmMostDims> floors{};
   floors.fill(1.0 / 255);
-  floors[0] = floors[1] = 0.3;
-  floors[2] = floors[3] = std::max(0.01, 0.3 * typical_step(info.views));
-  floors[4] = floors[5] = std::max(0.01, 0.3 * typical_step(info.lights));
+  const auto inputs = gm_spread_floors(samples);
+  std::copy(inputs.begin(), inputs.end(), floors.begin());
   return floors;
 }
+
+}  // namespace
 
 GmMixture gm_em_decoded(const GmEmMixture& mixture) {
   GmMixture out = gm_make_mixture({mixture.components, mixture.channels, false});
@@ -176,7 +175,7 @@ GmEmMixture gm_em_random(const GmSamples& samples, std::uint32_t components, std
       square[n] += s[n] * s[n];
     }
   }
-  const auto floors = gm_spread_floors(samples);
+  const auto floors = floors_of(samples);
   for (std::uint32_t m = 0; m < components; ++m) {
     draw(s.data());
     for (std::uint32_t n = 0; n < out.dimensions(); ++n) {
@@ -223,16 +222,19 @@ GmEmFit gm_continue_em(const GmSamples& samples, GmEmFit fit, const GmEmOptions&
                        const std::function<void(const GmEmFit&)>& step) {
   using Clock = std::chrono::steady_clock;
   const auto begin = Clock::now();
-  const auto floors = gm_spread_floors(samples);
+  const auto floors = floors_of(samples);
   GmEmPass pass;
   pass.reach = options.reach;
   pass.every = options.every;
-  while (fit.iterations < options.iterations) {
+  const auto settled = [&] {
+    const std::vector<double>& l = fit.log_likelihood;
+    return options.epsilon > 0 && l.size() > 1 && l.back() - l[l.size() - 2] < options.epsilon;
+  };
+  while (fit.iterations < options.iterations && !settled()) {
     // Shares far apart follow each other: neighbouring ones see nearly the same pairs.
     pass.phase = static_cast<std::uint32_t>(std::uint64_t{fit.iterations} * kPhaseStep % options.every);
     GmEmSums sums = gm_em_pass(samples, fit.mixture, pass);
     const double mean = sums.log_likelihood / static_cast<double>(sums.samples);
-    const double before = fit.log_likelihood.empty() ? -1e300 : fit.log_likelihood.back();
     fit.log_likelihood.push_back(mean);
     if (options.every > 1) blend(fit.mixture, sums, kNewShare, fit.kept);
     fit.mixture = gm_em_maximise(fit.mixture, sums, floors);
@@ -241,7 +243,6 @@ GmEmFit gm_continue_em(const GmSamples& samples, GmEmFit fit, const GmEmOptions&
     const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
     if (options.progress) options.progress(fit.iterations, mean, seconds);
     if (step) step(fit);
-    if (options.epsilon > 0 && mean - before < options.epsilon) break;
     if (options.seconds > 0 && seconds >= options.seconds) break;
   }
   return fit;

@@ -53,9 +53,6 @@ GmEmSums gm_em_pass(const GmSamples& samples, const GmEmMixture& mixture, const 
 GmEmSums gm_em_pass_plain(const GmSamples& samples, const GmEmMixture& mixture, std::uint32_t first_pair,
                           std::uint32_t pair_count);
 
-// Least spreads of the dimensions.
-std::array<double, kGmMostDims> gm_spread_floors(const GmSamples& samples);
-
 // Eqs 5-7, spreads at least at their floors, which is where the likelihood is highest then.
 GmEmMixture gm_em_maximise(const GmEmMixture& mixture, const GmEmSums& sums,
                            const std::array<double, kGmMostDims>& floors);

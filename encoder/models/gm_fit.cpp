@@ -30,7 +30,7 @@ constexpr OptionSpec kOwnOptions[] = {
     {"transform", "identity|log", "fit values, or log(1 + value) (default log for half floats)"},
     {"bytes", "N", "as many components as fit into N bytes of payload"},
     {"decode-cost", "N", "as many components as N operations a texel allow"},
-    {"psnr", "P", "the fewest components, by search, that reach P dB"},
+    {"psnr", "P", "few components that reach P dB, by a search of a few fits"},
     {"checkpoint", "FILE", "keep the state of the fit there now and then; go on from it where it exists"},
 };
 
@@ -44,6 +44,7 @@ constexpr auto kAllOptions = all_options();
 
 constexpr std::uint32_t kStepsRefined = 16000, kStepsEm = 40;
 constexpr std::uint32_t kSearchFirst = 32, kSearchMost = 16384;  // components, of --psnr
+constexpr int kSearchSteps = 3;                                  // after that the interval is narrow enough
 
 struct Settings {
   GmParm parm;
@@ -51,7 +52,7 @@ struct Settings {
   std::uint32_t iterations = 0;
   double seconds = 0, epsilon = 0;  // 0: without
   std::uint32_t share = 1;
-  GmTransform transform = GmTransform::identity;
+  ValueTransform transform = ValueTransform::identity;
   std::optional<double> psnr;
   std::string checkpoint;
 };
@@ -66,38 +67,32 @@ Result<Done> fit_bytes(const Head& head, std::uint32_t bytes, bool rank_is_given
   }
   std::uint32_t low = 0, high = kGmMaxComponents + 1;  // low fits, high does not
   while (high - low > 1) {
-    GmParm tried = p;
-    tried.components = (low + high) / 2;
-    tried.levels = std::min<std::uint32_t>(p.levels, std::bit_width(tried.components));
-    (gm_formula_bits(head, tried) <= bits ? low : high) = tried.components;
+    const std::uint32_t middle = (low + high) / 2;
+    (gm_formula_bits(head, gm_with_components(p, middle)) <= bits ? low : high) = middle;
   }
   if (low == 0) {
-    GmParm least = p;
-    least.components = least.levels = 1;
     return bad_argument(fmt::format("--bytes {}: one component and the mean BRDF take {} bytes", bytes,
-                                    gm_formula_bits(head, least) / 8));
+                                    gm_formula_bits(head, gm_with_components(p, 1)) / 8));
   }
-  p.components = low;
-  p.levels = std::min<std::uint32_t>(p.levels, std::bit_width(low));
+  p = gm_with_components(p, low);
   return Done{};
 }
 
-Result<Done> fit_cost(const Head& head, std::uint32_t operations, GmParm& p) {
+// The most components, up to `most`, that so many operations a texel allow.
+Result<Done> fit_cost(const Head& head, std::uint32_t operations, std::uint32_t most, GmParm& p) {
   const auto cost = [&](std::uint32_t components) {
-    GmParm tried = p;
-    tried.components = components;
-    tried.levels = 1;
-    return gm_layout(head, write_gm_parm(tried))->cost->operations;
+    return gm_layout(head, write_gm_parm(gm_with_components(p, components)))->cost->operations;
   };
-  const std::uint64_t base = 2 * cost(1) - cost(2), each = cost(2) - cost(1);
-  if (operations < base + each) {
+  if (cost(1) > operations) {
     return bad_argument(
-        fmt::format("--decode-cost {}: one component takes {} operations", operations, base + each));
+        fmt::format("--decode-cost {}: one component takes {} operations", operations, cost(1)));
   }
-  const auto most =
-      static_cast<std::uint32_t>(std::min<std::uint64_t>((operations - base) / each, kGmMaxComponents));
-  p.components = std::min(p.components, most);
-  p.levels = std::min<std::uint32_t>(p.levels, std::bit_width(p.components));
+  std::uint32_t low = 1, high = most + 1;  // low is allowed, high is not
+  while (high - low > 1) {
+    const std::uint32_t middle = (low + high) / 2;
+    (cost(middle) <= operations ? low : high) = middle;
+  }
+  p = gm_with_components(p, low);
   return Done{};
 }
 
@@ -133,7 +128,7 @@ Result<Settings> parse(const OptionValues& options, const DatasetInfo& info, con
   constexpr const char* kTransforms[] = {"identity", "log"};
   const auto transform = parse_choice(options, "transform", kTransforms);
   if (!transform) return transform.error();
-  s.transform = static_cast<GmTransform>(transform->value_or(info.type == SampleType::float16 ? 1 : 0));
+  if (transform->value_or(info.type == SampleType::float16 ? 1 : 0) == 1) s.transform = ValueTransform::log;
   s.checkpoint = find_option(options, "checkpoint").value_or("");
 
   const auto bytes = parse_u32(options, "bytes", 1, UINT32_MAX);
@@ -150,13 +145,11 @@ Result<Settings> parse(const OptionValues& options, const DatasetInfo& info, con
   if (*bytes) {
     if (const auto ok = fit_bytes(head, **bytes, find_option(options, "mean-rank").has_value(), s.parm); !ok)
       return ok.error();
-  } else if (*cost) {
-    s.parm.components = kGmMaxComponents;
   }
   if (*cost) {
-    if (const auto ok = fit_cost(head, **cost, s.parm); !ok) return ok.error();
+    const std::uint32_t most = *bytes ? s.parm.components : kGmMaxComponents;
+    if (const auto ok = fit_cost(head, **cost, most, s.parm); !ok) return ok.error();
   }
-  if (s.parm.gates >= s.parm.components) s.parm.gates = 0;
   return s;
 }
 
@@ -226,7 +219,7 @@ GmEmMixture by_weight(const GmEmMixture& from) {
   return to;
 }
 
-// A hash of what a fit depends on: samples by their mean, shape and a few of their values, and the options.
+// A hash of what a fit depends on: the samples by their shape and means, and the options.
 std::uint64_t identity_of(const GmSamples& samples, const FitSettings& settings) {
   std::string text = fmt::format("{} {} {} {} {}", samples.width, samples.height, samples.channels,
                                  samples.pairs.size(), settings.seed);
@@ -235,6 +228,13 @@ std::uint64_t identity_of(const GmSamples& samples, const FitSettings& settings)
   }
   for (const float v : samples.mean) text += fmt::format(" {:a}", v);
   return content_hash(ByteView(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
+// A state that cannot be kept is no reason to lose the fit.
+void keep_state(const std::string& path, std::uint64_t identity, const Bytes& state,
+                const FitSettings& settings) {
+  const auto written = write_checkpoint(path, identity, state);
+  if (!written && settings.note) settings.note(written.error().message);
 }
 
 Result<Fitted> fit_em(const GmSamples& samples, const Settings& s, const FitSettings& settings) {
@@ -253,23 +253,21 @@ Result<Fitted> fit_em(const GmSamples& samples, const Settings& s, const FitSett
   };
   GmEmFit start;
   std::function<void(const GmEmFit&)> step;
-  Result<Done> saved = Done{};
   if (!s.checkpoint.empty()) {
     const std::uint64_t identity = identity_of(samples, settings);
-    const Result<Bytes> state = read_checkpoint(s.checkpoint, identity);
+    const Result<Bytes> state = begin_checkpoint(s.checkpoint, identity);
     if (!state) return state.error();
     if (!state->empty()) {
       std::optional<GmEmFit> kept = gm_em_fit_of(*state);
       if (!kept) return bad_data(fmt::format("'{}': the state of another fit", s.checkpoint));
       start = *std::move(kept);
     }
-    step = [&s, &saved, identity](const GmEmFit& fit) {
-      if (saved) saved = write_checkpoint(s.checkpoint, identity, gm_em_state(fit));
+    step = [&, identity](const GmEmFit& fit) {
+      keep_state(s.checkpoint, identity, gm_em_state(fit), settings);
     };
   }
   if (start.mixture.components == 0) start.mixture = gm_em_random(samples, o.components, o.seed);
   const GmEmFit fit = gm_continue_em(samples, std::move(start), o, step);
-  if (!saved) return saved.error();
   const GmEmMixture mixture = by_weight(fit.mixture);
   const GmMixture decoded = gm_em_decoded(mixture);
   Fitted out = stored(s.parm, gm_quantise(decoded, s.parm.precision), &mixture);
@@ -293,19 +291,15 @@ Result<Fitted> fit_refined(const GmSamples& samples, const Settings& s, const Fi
       settings.note(fmt::format("step {}, {:.1f} s, {} components, {:.2f} dB", p.iteration, p.seconds,
                                 p.components, p.psnr_db));
   };
-  Result<Done> saved = Done{};
   if (!s.checkpoint.empty()) {
     const std::uint64_t identity = identity_of(samples, settings);
-    Result<Bytes> state = read_checkpoint(s.checkpoint, identity);
+    Result<Bytes> state = begin_checkpoint(s.checkpoint, identity);
     if (!state) return state.error();
     o.resume = *std::move(state);
-    o.save = [&s, &saved, identity](const Bytes& now) {
-      if (saved) saved = write_checkpoint(s.checkpoint, identity, now);
-    };
+    o.save = [&, identity](const Bytes& now) { keep_state(s.checkpoint, identity, now, settings); };
   }
   const std::optional<GmRefined> fit = gm_fit_refined(samples, o);
   if (!fit) return bad_data(fmt::format("'{}': the state of another fit", s.checkpoint));
-  if (!saved) return saved.error();
   Fitted out = stored(s.parm, fit->codes, nullptr);
   out.iterations = fit->iterations;
   return out;
@@ -323,17 +317,18 @@ Result<Scored> fit_and_score(const GmSamples& samples, const Settings& s, const 
   return Scored{*std::move(fitted), psnr};
 }
 
-// Doubles the components until the PSNR is reached, then halves the interval's ratio twice.
+// Doubles the components until the PSNR is reached, or halves them while it is, and then narrows the interval
+// by geometric means.
 Result<Scored> search_psnr(const GmSamples& samples, Settings& s, const FitSettings& settings) {
+  const GmParm wanted = s.parm;
   const auto tried = [&](std::uint32_t components) {
-    s.parm.components = components;
-    s.parm.levels = std::min<std::uint32_t>(s.parm.levels, std::bit_width(components));
+    s.parm = gm_with_components(wanted, components);
     Result<Scored> scored = fit_and_score(samples, s, settings);
     if (scored && settings.note)
       settings.note(fmt::format("{} components: {:.3f} dB", components, scored->psnr_db));
     return scored;
   };
-  std::uint32_t low = 0, high = kSearchFirst;
+  std::uint32_t low = 0, high = kSearchFirst;  // low does not reach it, high does
   Result<Scored> best = tried(high);
   while (best && best->psnr_db < *s.psnr) {
     low = high;
@@ -343,10 +338,10 @@ Result<Scored> search_psnr(const GmSamples& samples, Settings& s, const FitSetti
     }
     best = tried(high);
   }
-  if (!best) return best;
-  for (int step = 0; step < 3 && low > 0; ++step) {
-    const auto middle = static_cast<std::uint32_t>(std::lround(std::sqrt(static_cast<double>(low) * high)));
-    if (middle == low || middle == high) break;
+  for (int step = 0; best && step < kSearchSteps && high - low > 1; ++step) {
+    const auto middle =
+        static_cast<std::uint32_t>(std::lround(std::sqrt(std::max(low, 1u) * static_cast<double>(high))));
+    if (middle <= low || middle >= high) break;
     Result<Scored> between = tried(middle);
     if (!between) return between;
     if (between->psnr_db >= *s.psnr) {
@@ -356,8 +351,7 @@ Result<Scored> search_psnr(const GmSamples& samples, Settings& s, const FitSetti
       low = middle;
     }
   }
-  s.parm.components = high;
-  s.parm.levels = std::min<std::uint32_t>(s.parm.levels, std::bit_width(high));
+  s.parm = gm_with_components(wanted, high);
   return best;
 }
 
@@ -377,7 +371,7 @@ Result<FitResult> gm_fit(const FitInput& input, const FitSettings& settings) {
   Result<Settings> parsed = parse(settings.options, dataset.info(), head);
   if (!parsed) return parsed.error();
   Settings& s = *parsed;
-  if (s.transform == GmTransform::log) head.value_transform = ValueTransform::log;
+  head.value_transform = s.transform;
   if (const auto fits = read_gm_parm(head, write_gm_parm(s.parm)); !fits) return fits.error();
 
   GmMean mean;

@@ -24,8 +24,6 @@ constexpr std::size_t kAdamRange = 256;  // components a task
 // Of an iteration: constant rates first, then falling to zero; rounding begins with the fall.
 constexpr double kFallShare = 0.35;
 
-// Spreads: floors of a third of a texel and of a third of the step of measured directions.
-constexpr double kLeastSpread = 0.3;
 // Wider than the domain says no more than wide; and codes need narrow ranges.
 constexpr double kMostSpread = 4;    // widths of the tile
 constexpr double kMostAngle = 4;     // radians
@@ -67,11 +65,6 @@ std::vector<Cell> deal(const GmSamples& samples, GmRandom& random) {
   return cells;
 }
 
-// A third of the typical way between neighbouring directions.
-double angle_floor(const std::vector<Direction>& directions) {
-  return std::max(0.01, kLeastSpread * typical_step(directions));
-}
-
 GmLimits limits_of(const GmSamples& samples) {
   GmLimits limits;
   limits.low.fill(-1e6f);
@@ -84,13 +77,12 @@ GmLimits limits_of(const GmSamples& samples) {
   set(0, -margin * samples.width, (1 + margin) * samples.width);
   set(1, -margin * samples.height, (1 + margin) * samples.height);
   for (std::uint32_t n = 2; n < 6; ++n) set(n, -2.2, 2.2);
-  const DatasetInfo& info = samples.dataset->info();
-  const double floors[] = {kLeastSpread, angle_floor(info.views), angle_floor(info.lights)};
+  const auto floors = gm_spread_floors(samples);
   for (std::uint32_t n = 0; n < 6; ++n) {
     const double most = n == 0   ? kMostSpread * samples.width
                         : n == 1 ? kMostSpread * samples.height
                                  : kMostAngle;
-    set(kGmSpreadRow + n, std::log2(floors[n / 2]), std::log2(most));
+    set(kGmSpreadRow + n, std::log2(floors[n]), std::log2(most));
   }
   set(kGmHeightRow, -60, 60);
   const double drift = kMostShear * std::max(samples.width, samples.height);

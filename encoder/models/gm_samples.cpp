@@ -74,7 +74,7 @@ GmBox box_of(const std::vector<GmPairInputs>& pairs, const std::vector<std::uint
 
 }  // namespace
 
-GmSamples gm_samples(const Dataset& dataset, GmTransform transform, GmOnion onion) {
+GmSamples gm_samples(const Dataset& dataset, ValueTransform transform, GmOnion onion) {
   const DatasetInfo& info = dataset.info();
   GmSamples out;
   out.dataset = &dataset;
@@ -85,7 +85,7 @@ GmSamples gm_samples(const Dataset& dataset, GmTransform transform, GmOnion onio
   out.values.resize(info.type == SampleType::unorm8 ? 256 : 65536);
   for (std::uint32_t code = 0; code < out.values.size(); ++code) {
     const float value = code_value(info.type, code);
-    out.values[code] = transform == GmTransform::log ? std::log1p(std::max(value, 0.0f)) : value;
+    out.values[code] = transform == ValueTransform::log ? std::log1p(std::max(value, 0.0f)) : value;
   }
   if (info.type == SampleType::float16) {
     out.low = -1e30f;
@@ -132,6 +132,14 @@ void GmSamples::rectangle(std::size_t pair, std::uint32_t x, std::uint32_t y, st
       for (std::size_t c = 0; c < channels; ++c) out[i + c] -= less[c];
     }
   }
+}
+
+std::array<double, kGmInputs> gm_spread_floors(const GmSamples& samples) {
+  constexpr double kLeast = 0.3, kLeastAngle = 0.01;
+  const DatasetInfo& info = samples.dataset->info();
+  const double view = std::max(kLeastAngle, kLeast * typical_step(info.views)),
+               light = std::max(kLeastAngle, kLeast * typical_step(info.lights));
+  return {kLeast, kLeast, view, view, light, light};
 }
 
 std::vector<float> gm_mean_table(const GmSamples& samples) {

@@ -1,6 +1,7 @@
 // What the fits of model gm see of a data set: values with the mean BRDF taken off, on texels times pairs of
 // directions, and the pairs in groups of like directions.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -38,12 +39,12 @@ struct GmSamples {
                  std::uint32_t rows, float* out) const;
 };
 
-// How values are seen by the fit: as they are, or by log(1 + value), for values without an upper end.
-enum class GmTransform { identity, log };
-
-// channels of the data set: 1 … 4.
-GmSamples gm_samples(const Dataset& dataset, GmTransform transform = GmTransform::identity,
+// channels of the data set: 1 … 4. transform: identity, or log for values without an upper end.
+GmSamples gm_samples(const Dataset& dataset, ValueTransform transform = ValueTransform::identity,
                      GmOnion onion = GmOnion::with_sign);
+
+// Least spreads of the inputs: a third of a texel and of the step between measured directions.
+std::array<double, kGmInputs> gm_spread_floors(const GmSamples& samples);
 
 // values[pair * channels + channel]: means over texels (eq. 11's mean BRDF), in doubles. On the threads of
 // the calling oneTBB arena; the sums do not depend on them.

@@ -197,9 +197,9 @@ Result<GmParm> gm_parm_from_options(const OptionValues& options, SampleType samp
   if (!gates) return gates.error();
   p.gates = gates->value_or(0);
   if (p.gates >= p.components) p.gates = 0;
-  if (p.gates > kGmMostGates) {
+  if (p.gates > GM_MOST_GATES) {
     return bad_argument(fmt::format("--gates {}: expected 0 to {}, or all {} components", p.gates,
-                                    kGmMostGates, p.components));
+                                    GM_MOST_GATES, p.components));
   }
   const auto precision = parse_precision(options, "precision", paper ? Precision::f32 : Precision::u8);
   if (!precision) return precision.error();
@@ -236,6 +236,13 @@ Result<GmParm> gm_parm_from_options(const OptionValues& options, SampleType samp
   return p;
 }
 
+GmParm gm_with_components(GmParm p, std::uint32_t components) {
+  p.components = components;
+  p.levels = std::min<std::uint32_t>(p.levels, std::bit_width(components));
+  if (p.gates >= components) p.gates = 0;
+  return p;
+}
+
 Bytes write_gm_parm(const GmParm& p) {
   Bytes raw(kParmBytes);
   store_u32(&raw[0], p.components);
@@ -262,7 +269,7 @@ Result<GmParm> read_gm_parm(const Head& head, ByteView raw) {
   if (p.components < 1 || p.components > kGmMaxComponents)
     return wrong("components", p.components, "1 to 65536");
   p.gates = load_u16(&raw[4]);
-  if (p.gates > kGmMostGates) return wrong("gates", p.gates, "0 to 32");
+  if (p.gates > GM_MOST_GATES) return wrong("gates", p.gates, "0 to 32");
   p.levels = raw[6];
   if (p.levels < 1 || p.levels > kGmMostLevels || p.components < 1u << (p.levels - 1))
     return wrong("levels", p.levels, "1 to 16 and 2^(levels - 1) at most the components");
@@ -342,13 +349,8 @@ GmMixture gm_mixture_of_paper(const CodedRows& rows, std::uint32_t channels) {
 }
 
 Result<ItemDescription> gm_describe(const OptionValues& options) {
-  const Result<Head> head = table_head(ModelId::gm, options);
-  if (!head) return head.error();
-  const Result<GmParm> p = gm_parm_from_options(options, head->maps[0].type);
-  if (!p) return p.error();
-  const Bytes parm = write_gm_parm(*p);
-  if (const auto checked = read_gm_parm(*head, parm); !checked) return as_usage(checked.error());
-  return ItemDescription{*head, parm};
+  const auto shape_for = [&](const Head& head) { return gm_parm_from_options(options, head.maps[0].type); };
+  return describe_table(ModelId::gm, options, shape_for, write_gm_parm, read_gm_parm);
 }
 
 Result<Layout> gm_layout(const Head& head, ByteView raw) {

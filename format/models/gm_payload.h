@@ -9,7 +9,6 @@
 
 namespace btfc {
 
-inline constexpr std::uint32_t kGmMostGates = 32;
 inline constexpr std::uint32_t kGmMostLevels = 16;
 inline constexpr std::uint32_t kGmMostMeanRank = 255;
 
@@ -46,6 +45,9 @@ struct GmPayload {
 // Options that the size formula needs; defaults where they are absent. samples: of the original, for the
 // default form of the mean in the layout `paper`.
 Result<GmParm> gm_parm_from_options(const OptionValues& options, SampleType samples);
+
+// The same with so many components: as many of its levels as they can have, K where it leaves some out.
+GmParm gm_with_components(GmParm parm, std::uint32_t components);
 
 Bytes write_gm_parm(const GmParm& parm);
 // Rules GM1 and GM2.

@@ -63,12 +63,7 @@ GmBox box_of(const std::vector<GmPairInputs>& pairs, const std::vector<std::uint
     bound(pairs[p].slope, low.slope, high.slope);
   }
   GmBox box;
-  for (int n = 0; n < 4; ++n) {
-    box.middle.angle[n] = 0.5f * (low.angle[n] + high.angle[n]);
-    box.half.angle[n] = 0.5f * (high.angle[n] - low.angle[n]);
-    box.middle.slope[n] = 0.5f * (low.slope[n] + high.slope[n]);
-    box.half.slope[n] = 0.5f * (high.slope[n] - low.slope[n]);
-  }
+  gm_set_directions(low, high, box);
   return box;
 }
 

@@ -187,12 +187,7 @@ HWY_INLINE GmBox box_of(const GmQuery* queries, std::span<const std::uint32_t> n
             0.5f * (high.y - low.y),
             {},
             {}};
-  for (std::size_t n = 0; n < 4; ++n) {
-    box.middle.angle[n] = 0.5f * (low.directions.angle[n] + high.directions.angle[n]);
-    box.half.angle[n] = 0.5f * (high.directions.angle[n] - low.directions.angle[n]);
-    box.middle.slope[n] = 0.5f * (low.directions.slope[n] + high.directions.slope[n]);
-    box.half.slope[n] = 0.5f * (high.directions.slope[n] - low.directions.slope[n]);
-  }
+  gm_set_directions(low.directions, high.directions, box);
   return box;
 }
 

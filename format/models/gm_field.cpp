@@ -69,4 +69,13 @@ GmPairInputs gm_pair_inputs(const GmDirections& d) {
           {d.view_slope.x, d.view_slope.y, d.light_slope.x, d.light_slope.y}};
 }
 
+void gm_set_directions(const GmPairInputs& low, const GmPairInputs& high, GmBox& box) {
+  for (std::size_t n = 0; n < 4; ++n) {
+    box.middle.angle[n] = 0.5f * (low.angle[n] + high.angle[n]);
+    box.half.angle[n] = 0.5f * (high.angle[n] - low.angle[n]);
+    box.middle.slope[n] = 0.5f * (low.slope[n] + high.slope[n]);
+    box.half.slope[n] = 0.5f * (high.slope[n] - low.slope[n]);
+  }
+}
+
 }  // namespace btfc

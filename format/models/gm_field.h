@@ -40,4 +40,7 @@ struct GmBox {
   GmPairInputs middle, half;
 };
 
+// Of all inputs between `low` and `high`; x and y are left as they are.
+void gm_set_directions(const GmPairInputs& low, const GmPairInputs& high, GmBox& box);
+
 }  // namespace btfc

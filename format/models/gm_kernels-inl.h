@@ -93,6 +93,37 @@ struct GmRows {
   const float* row(std::size_t r) const { return data + r * stride; }
 };
 
+// Draws together in `out`, rows of out_stride, the components whose `upper` reaches `least`, and their
+// numbers in index, which may be null; returns how many. Padded to a whole vector with components whose peak,
+// row peak_row, is GM_NEVER. out's rows and index have room for kGmPad more than are copied: whole vectors
+// are stored, which is faster than stores of a part.
+HWY_INLINE std::size_t gm_draw_rows(const float* const* from, std::size_t rows, std::size_t peak_row,
+                                    const float* upper, std::size_t count, float least, float* out,
+                                    std::size_t out_stride, std::uint32_t* index) {
+  const GmLanes d;
+  const hn::RebindToUnsigned<GmLanes> du;
+  const auto lane = hn::Iota(du, 0);  // slow: not in the loop
+  std::size_t kept = 0;
+  for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
+    const auto mask = hn::Ge(hn::LoadU(d, upper + m), hn::Set(d, least));
+    const std::size_t some = hn::CountTrue(d, mask);
+    if (some == 0) continue;
+    for (std::size_t r = 0; r < rows; ++r)
+      hn::StoreU(hn::Compress(hn::LoadU(d, from[r] + m), mask), d, out + r * out_stride + kept);
+    if (index != nullptr) {
+      const auto number = hn::Add(lane, hn::Set(du, static_cast<std::uint32_t>(m)));
+      hn::StoreU(hn::Compress(number, hn::RebindMask(du, mask)), du, index + kept);
+    }
+    kept += some;
+  }
+  for (std::size_t m = kept; m < (kept + kGmPad - 1) / kGmPad * kGmPad; ++m) {
+    for (std::size_t r = 0; r < rows; ++r) out[r * out_stride + m] = 0;
+    out[peak_row * out_stride + m] = GM_NEVER;
+    if (index != nullptr) index[m] = 0;
+  }
+  return kept;
+}
+
 // How much culling leaves out: by gm_cut, or where error is 0 what lies `reach` powers of two below the best.
 struct GmCull {
   float reach = 0, error = 0;
@@ -131,28 +162,11 @@ HWY_INLINE std::size_t gm_select_box(const GmField& field, const GmRows& rows, c
     if (cull.error > 0) hn::StoreU(low, d, lower + m);
     sure = hn::Max(sure, low);
   }
-  const GmVec least = hn::Set(d, cull.error > 0 ? gm_cut(lower, upper, rows.count, cull.error)
-                                                : hn::GetLane(hn::MaxOfLanes(d, sure)) - cull.reach);
-  std::size_t kept = 0;
-  const hn::RebindToUnsigned<GmLanes> du;
-  const auto lane = hn::Iota(du, 0);  // slow: not in the loop
-  for (std::size_t m = 0; m < rows.count; m += lanes) {
-    const auto mask = hn::Ge(hn::LoadU(d, upper + m), least);
-    const std::size_t count = hn::CountTrue(d, mask);
-    if (count == 0) continue;
-    for (std::size_t r = 0; r < kGmFieldRows; ++r) {
-      hn::StoreU(hn::Compress(hn::LoadU(d, rows.row(r) + m), mask), d, out + r * out_stride + kept);
-    }
-    hn::StoreU(
-        hn::Compress(hn::Add(lane, hn::Set(du, static_cast<std::uint32_t>(m))), hn::RebindMask(du, mask)), du,
-        index + kept);
-    kept += count;
-  }
-  for (std::size_t m = kept; m < (kept + kGmPad - 1) / kGmPad * kGmPad; ++m) {
-    for (std::size_t r = 0; r < kGmFieldRows; ++r) out[r * out_stride + m] = 0;
-    out[GM_HEIGHT * out_stride + m] = GM_NEVER;
-  }
-  return kept;
+  const float least = cull.error > 0 ? gm_cut(lower, upper, rows.count, cull.error)
+                                     : hn::GetLane(hn::MaxOfLanes(d, sure)) - cull.reach;
+  const float* from[kGmFieldRows];
+  for (std::size_t r = 0; r < kGmFieldRows; ++r) from[r] = rows.row(r);
+  return gm_draw_rows(from, kGmFieldRows, GM_HEIGHT, upper, rows.count, least, out, out_stride, index);
 }
 
 // The same for a rectangle of texels under one pair of directions, and with kGmPairRows rows. index numbers
@@ -186,34 +200,11 @@ HWY_INLINE std::size_t gm_select_pair(const GmField& field, const GmRows& rows, 
     hn::StoreU(high, d, upper + m);
     sure = hn::Max(sure, low);
   }
-  const GmVec least = hn::Set(d, hn::GetLane(hn::MaxOfLanes(d, sure)) - reach);
-  std::size_t kept = 0;
-  const hn::RebindToUnsigned<GmLanes> du;
-  const auto lane = hn::Iota(du, 0);  // slow: not in the loop
-  for (std::size_t m = 0; m < rows.count; m += lanes) {
-    const auto mask = hn::Ge(hn::LoadU(d, upper + m), least);
-    const std::size_t count = hn::CountTrue(d, mask);
-    if (count == 0) continue;
-    const auto keep = [&](const float* from, std::size_t row) HWY_ATTR {
-      hn::StoreU(hn::Compress(hn::LoadU(d, from + m), mask), d, out + row * out_stride + kept);
-    };
-    keep(base, kGmBase);
-    keep(place_x, kGmPlace);
-    keep(place_y, kGmPlace + 1);
-    keep(rows.row(GM_SCALE), kGmWidth);
-    keep(rows.row(GM_SCALE + 1), kGmWidth + 1);
-    for (std::size_t c = 0; c < field.channels; ++c) keep(rows.row(GM_OUTPUT + c), kGmValue + c);
-    hn::StoreU(
-        hn::Compress(hn::Add(lane, hn::Set(du, static_cast<std::uint32_t>(m))), hn::RebindMask(du, mask)), du,
-        index + kept);
-    kept += count;
-  }
-  for (std::size_t m = kept; m < (kept + kGmPad - 1) / kGmPad * kGmPad; ++m) {
-    for (std::size_t r = 0; r < kGmPairRows; ++r) out[r * out_stride + m] = 0;
-    out[kGmBase * out_stride + m] = GM_NEVER;
-    index[m] = 0;
-  }
-  return kept;
+  const float least = hn::GetLane(hn::MaxOfLanes(d, sure)) - reach;
+  const float* from[kGmPairRows] = {base, place_x, place_y, rows.row(GM_SCALE), rows.row(GM_SCALE + 1)};
+  for (std::size_t c = 0; c < field.channels; ++c) from[kGmValue + c] = rows.row(GM_OUTPUT + c);
+  return gm_draw_rows(from, kGmValue + field.channels, kGmBase, upper, rows.count, least, out, out_stride,
+                      index);
 }
 
 // Copies to `out`, rows of out_stride, what a slice's components may count for within a rectangle: without
@@ -234,22 +225,10 @@ HWY_INLINE std::size_t gm_select_tile(const GmSlice& slice, const GmBox& box, fl
     hn::StoreU(most, d, high + m);
     hn::StoreU(least, d, low + m);
   }
-  const GmVec cut = hn::Set(d, gm_cut(low, high, slice.count, error));
-  std::size_t kept = 0;
-  for (std::size_t m = 0; m < slice.stride; m += lanes) {
-    const auto mask = hn::Ge(hn::LoadU(d, high + m), cut);
-    const std::size_t count = hn::CountTrue(d, mask);
-    if (count == 0) continue;
-    for (std::size_t r = 0; r < kGmValue + slice.channels; ++r) {
-      hn::StoreU(hn::Compress(hn::LoadU(d, slice.row(r) + m), mask), d, out + r * out_stride + kept);
-    }
-    kept += count;
-  }
-  for (std::size_t m = kept; m < (kept + kGmPad - 1) / kGmPad * kGmPad; ++m) {
-    for (std::size_t r = 0; r < kGmPairRows; ++r) out[r * out_stride + m] = 0;
-    out[kGmBase * out_stride + m] = GM_NEVER;
-  }
-  return kept;
+  const float* from[kGmPairRows];
+  for (std::size_t r = 0; r < kGmValue + slice.channels; ++r) from[r] = slice.row(r);
+  return gm_draw_rows(from, kGmValue + slice.channels, kGmBase, high, slice.stride,
+                      gm_cut(low, high, slice.count, error), out, out_stride, nullptr);
 }
 
 // distance[m] = scale (x - mu)^2 of one column (axis 0) or row (axis 1) of texels, and the way x - mu itself.

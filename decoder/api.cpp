@@ -27,9 +27,9 @@ struct btfc_texture {
   std::vector<std::uint64_t> tables;  // of the model's fast paths
 };
 
-// No model of this version keeps caches; the type exists so that callers are written for those that will.
 struct btfc_scratch {
   const btfc_texture* texture = nullptr;
+  std::shared_ptr<void> cache;  // of models that keep one
 };
 
 namespace {
@@ -180,8 +180,8 @@ constexpr std::size_t kManyQueries = 256, kHeldQueries = std::size_t{1} << 20;
 
 // The queries of each map that the model answers together; the others one by one.
 template <class QueryAt>
-void eval_many(const btfc_texture& texture, const QueryAt& query_at, std::size_t count, float* values,
-               std::size_t stride) {
+void eval_many(const btfc_texture& texture, void* cache, const QueryAt& query_at, std::size_t count,
+               float* values, std::size_t stride) {
   std::vector<BtfcQuery> held;
   std::vector<std::size_t> numbers;
   std::vector<float> answers;
@@ -190,7 +190,11 @@ void eval_many(const btfc_texture& texture, const QueryAt& query_at, std::size_t
     const auto answer = [&] {
       if (held.empty()) return;
       answers.resize(held.size() * channels);
-      texture.model->eval_queries(texture.item, map, held, answers.data());
+      if (cache != nullptr) {
+        texture.model->cached_queries(texture.item, map, held, cache, answers.data());
+      } else {
+        texture.model->eval_queries(texture.item, map, held, answers.data());
+      }
       for (std::size_t i = 0; i < numbers.size(); ++i)
         std::memcpy(values + numbers[i] * stride, &answers[i * channels], channels * sizeof(float));
       held.clear();
@@ -199,7 +203,7 @@ void eval_many(const btfc_texture& texture, const QueryAt& query_at, std::size_t
     for (std::size_t q = 0; q < count; ++q) {
       const btfc_query& from = *query_at(q);
       if (from.map != map) continue;
-      if (from.footprint > 1) {
+      if (cache == nullptr && from.footprint > 1) {
         eval_one(texture, from, values + q * stride);
         continue;
       }
@@ -216,6 +220,42 @@ bool inside(const Head& head, std::int32_t x, std::int32_t y, std::uint32_t widt
          std::uint64_t(y) + height <= head.height;
 }
 
+// The scratch's cache, or one for this call.
+std::shared_ptr<void> cache_for(const btfc_texture& texture, const btfc_scratch* scratch) {
+  if (scratch != nullptr && scratch->texture == &texture && scratch->cache != nullptr) return scratch->cache;
+  return texture.model->make_cache(texture.item);
+}
+
+// Rows of computed values as samples.
+void store_rows(const std::vector<float>& values, std::size_t row, std::uint32_t rows, btfc_sample sample,
+                std::uint8_t* out, std::size_t row_stride) {
+  for (std::uint32_t r = 0; r < rows; ++r) {
+    const float* from = values.data() + r * row;
+    std::uint8_t* to = out + r * row_stride;
+    if (sample == BTFC_FLOAT32) {
+      std::memcpy(to, from, row * sizeof(float));
+      continue;
+    }
+    for (std::size_t i = 0; i < row; ++i) store_value(from[i], sample, to + i * bytes_of(sample));
+  }
+}
+
+// A rectangle anywhere through the cache, band by band.
+void decode_cached(const btfc_texture& texture, void* cache, std::uint32_t map, BtfcQuery query,
+                   std::uint32_t width, std::uint32_t height, btfc_sample sample, std::uint8_t* out,
+                   std::size_t row_stride) {
+  constexpr std::uint32_t kBandTexels = 65536, kLeastBand = 8;
+  const std::uint32_t band = std::min(height, std::max(kLeastBand, kBandTexels / width));
+  const std::size_t row = std::size_t{width} * texture.item.head.maps[map].channels;
+  std::vector<float> values(band * row);
+  for (std::uint32_t done = 0; done < height; done += band) {
+    const std::uint32_t rows = std::min(band, height - done);
+    texture.model->cached_rect(texture.item, map, query, width, rows, cache, values.data());
+    store_rows(values, row, rows, sample, out + done * row_stride, row_stride);
+    query.texel.y = static_cast<int>(static_cast<std::uint32_t>(query.texel.y) + rows);
+  }
+}
+
 // A rectangle inside the texture by the model's fast values, rounded to samples band by band.
 void decode_values_inside(const btfc_texture& texture, std::uint32_t map, BtfcQuery query,
                           std::uint32_t width, std::uint32_t height, btfc_sample sample, std::uint8_t* out,
@@ -228,15 +268,7 @@ void decode_values_inside(const btfc_texture& texture, std::uint32_t map, BtfcQu
   for (std::uint32_t done = 0; done < height; done += band, query.texel.y += static_cast<int>(band)) {
     const std::uint32_t rows = std::min(band, height - done);
     texture.model->decode_values(texture.item, map, state, query, width, rows, values.data());
-    for (std::uint32_t r = 0; r < rows; ++r) {
-      const float* from = values.data() + r * row;
-      std::uint8_t* to = out + (done + r) * row_stride;
-      if (sample == BTFC_FLOAT32) {
-        std::memcpy(to, from, row * sizeof(float));
-        continue;
-      }
-      for (std::size_t i = 0; i < row; ++i) store_value(from[i], sample, to + i * bytes_of(sample));
-    }
+    store_rows(values, row, rows, sample, out + done * row_stride, row_stride);
   }
 }
 
@@ -406,6 +438,14 @@ btfc_result btfc_texture_load(btfc_reader* reader, const btfc_selection* selecti
   return guarded(error, [&] {
     Result<LoadedItem> item = load_item(reader->bytes, reader->file, levels);
     if (!item) return report(item.error(), error);
+    const bool selects = selection != nullptr && (selection->period != 0 || selection->relief != 0);
+    const DecoderModel& model = decoder_model(item->head.model);
+    if (selects && model.select == nullptr)
+      return report(bad_argument("the texture is not unbounded: it has no period and no relief"), error);
+    if (selects) {
+      if (const auto ok = model.select(*item, selection->period, selection->relief); !ok)
+        return report(ok.error(), error);
+    }
     auto* texture = new btfc_texture;
     texture->item = *std::move(item);
     texture->model = &decoder_model(texture->item.head.model);
@@ -460,11 +500,18 @@ btfc_result btfc_texture_pair(const btfc_texture* texture, uint32_t pair, uint32
 }
 
 btfc_scratch* btfc_scratch_new(const btfc_texture* texture) {
-  return new (std::nothrow) btfc_scratch{texture};
+  if (texture == nullptr) return nullptr;
+  btfc_scratch* scratch = nullptr;
+  guarded(nullptr, [&] {
+    scratch = new btfc_scratch{texture, nullptr};
+    if (texture->model->make_cache != nullptr) scratch->cache = texture->model->make_cache(texture->item);
+    return BTFC_OK;
+  });
+  return scratch;
 }
 void btfc_scratch_free(btfc_scratch* scratch) { delete scratch; }
 
-btfc_result btfc_eval(const btfc_texture* texture, btfc_scratch*, const btfc_query* queries,
+btfc_result btfc_eval(const btfc_texture* texture, btfc_scratch* scratch, const btfc_query* queries,
                       size_t query_stride, size_t query_count, float* values, size_t value_stride) {
   if (query_count == 0) return BTFC_OK;
   if (texture == nullptr || queries == nullptr || values == nullptr || query_stride < sizeof(btfc_query))
@@ -477,9 +524,11 @@ btfc_result btfc_eval(const btfc_texture* texture, btfc_scratch*, const btfc_que
     const std::uint32_t map = query_at(q)->map;
     if (map >= head.maps.size() || value_stride < head.maps[map].channels) return bad(nullptr, "");
   }
-  if (texture->model->eval_queries != nullptr && query_count >= kManyQueries) {
+  const bool cached = texture->model->make_cache != nullptr && (scratch != nullptr || query_count >= kManyQueries);
+  if (cached || (texture->model->eval_queries != nullptr && query_count >= kManyQueries)) {
     return guarded(nullptr, [&] {
-      eval_many(*texture, query_at, query_count, values, value_stride);
+      const std::shared_ptr<void> cache = cached ? cache_for(*texture, scratch) : nullptr;
+      eval_many(*texture, cache.get(), query_at, query_count, values, value_stride);
       return BTFC_OK;
     });
   }
@@ -487,7 +536,7 @@ btfc_result btfc_eval(const btfc_texture* texture, btfc_scratch*, const btfc_que
   return BTFC_OK;
 }
 
-btfc_result btfc_decode_texels(const btfc_texture* texture, btfc_scratch*, uint32_t map,
+btfc_result btfc_decode_texels(const btfc_texture* texture, btfc_scratch* scratch, uint32_t map,
                                const btfc_directions* directions, const int32_t* texels, size_t count,
                                btfc_sample sample, void* out, size_t out_size) {
   if (count == 0) return BTFC_OK;
@@ -504,6 +553,21 @@ btfc_result btfc_decode_texels(const btfc_texture* texture, btfc_scratch*, uint3
     return BTFC_OK;
   }
   BtfcQuery query = query_of(directions);
+  if (texture->model->make_cache != nullptr && (scratch != nullptr || count >= kManyQueries)) {
+    return guarded(nullptr, [&] {
+      const std::shared_ptr<void> cache = cache_for(*texture, scratch);
+      std::vector<BtfcQuery> queries(std::min(count, kHeldQueries), query);
+      std::vector<float> values(queries.size() * m.channels);
+      for (size_t done = 0; done < count; done += queries.size()) {
+        const size_t now = std::min(queries.size(), count - done);
+        for (size_t q = 0; q < now; ++q)
+          queries[q].texel = ivec2(texels[2 * (done + q)], texels[2 * (done + q) + 1]);
+        texture->model->cached_queries(texture->item, map, {queries.data(), now}, cache.get(), values.data());
+        store_rows(values, now * m.channels, 1, sample, static_cast<std::uint8_t*>(out) + done * texel_bytes, 0);
+      }
+      return BTFC_OK;
+    });
+  }
   for (size_t q = 0; q < count; ++q) {
     query.texel = ivec2(texels[2 * q], texels[2 * q + 1]);
     store_texel(*texture, map, query, sample, static_cast<std::uint8_t*>(out) + q * texel_bytes);
@@ -511,7 +575,7 @@ btfc_result btfc_decode_texels(const btfc_texture* texture, btfc_scratch*, uint3
   return BTFC_OK;
 }
 
-btfc_result btfc_decode_rect(const btfc_texture* texture, btfc_scratch*, uint32_t map,
+btfc_result btfc_decode_rect(const btfc_texture* texture, btfc_scratch* scratch, uint32_t map,
                              const btfc_directions* directions, int32_t x, int32_t y, uint32_t width,
                              uint32_t height, btfc_sample sample, void* out, size_t row_stride,
                              size_t out_size) {
@@ -536,6 +600,12 @@ btfc_result btfc_decode_rect(const btfc_texture* texture, btfc_scratch*, uint32_
       return BTFC_OK;
     }
     BtfcQuery query = query_of(directions);
+    if (texture->model->make_cache != nullptr) {
+      const std::shared_ptr<void> cache = cache_for(*texture, scratch);
+      query.texel = ivec2(x, y);
+      decode_cached(*texture, cache.get(), map, query, width, height, sample, bytes, row_stride);
+      return BTFC_OK;
+    }
     constexpr std::uint64_t kFewTexels = 64;  // not worth the reckoning that all texels share
     if (texture->model->decode_values != nullptr && std::uint64_t{width} * height >= kFewTexels &&
         inside(texture->item.head, x, y, width, height)) {

@@ -4,11 +4,15 @@
 #include <algorithm>
 #include <cstring>
 
+#include "decoder/field_values.h"
 #include "decoder/gm_values.h"
 #include "decoder/patch_rows.h"
 #include "decoder/table_values.h"
 #include "format/model_table.h"
+#include "shaders/models/car.h"
+#include "shaders/models/car3d.h"
 #include "shaders/models/gm.h"
+#include "shaders/models/gmrf.h"
 #include "shaders/models/lpca.h"
 #include "shaders/models/patch.h"
 #include "shaders/models/pca.h"
@@ -84,10 +88,33 @@ vec4 lpca_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& q
   return lpca_eval(words_of(item), params_of<LpcaParams>(item, map), query);
 }
 
+vec4 car_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  return car_eval(words_of(item), params_of<FieldParams>(item, map), query);
+}
+
+vec4 gmrf_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  return gmrf_eval(words_of(item), params_of<FieldParams>(item, map), query);
+}
+
+vec4 car3d_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  return car3d_eval(words_of(item), params_of<FieldParams>(item, map), query);
+}
+
+// The random fields' row: tiles in a cache.
+constexpr DecoderModel field_row(ModelId id, decltype(DecoderModel::eval) eval) {
+  DecoderModel row{id, eval, false};
+  row.make_cache = field_make_cache;
+  row.cached_queries = field_cached_queries;
+  row.cached_rect = field_cached_rect;
+  row.select = field_select;
+  return row;
+}
+
 const DecoderModel kDecoders[] = {
     {ModelId::patch, patch_eval_cpu, true, patch_make_tables, patch_decode_rows, patch_decode_texels},
     {ModelId::gm, gm_eval_cpu, false, nullptr, nullptr, nullptr, gm_begin_values, gm_decode_values,
      gm_eval_queries},
+    field_row(ModelId::car, car_eval_cpu),
     {ModelId::ptm, ptm_eval_cpu, false, nullptr, nullptr, nullptr,
      begin_state<PtmParams, PtmState, ptm_begin>,
      decode_by_rows<decode_with_state<PtmParams, PtmState, ptm_texel>>},
@@ -100,6 +127,8 @@ const DecoderModel kDecoders[] = {
      decode_by_rows<pca_decode_values>},
     {ModelId::lpca, lpca_eval_cpu, false, nullptr, nullptr, nullptr, lpca_begin_values,
      decode_by_rows<lpca_decode_values>},
+    field_row(ModelId::gmrf, gmrf_eval_cpu),
+    field_row(ModelId::car3d, car3d_eval_cpu),
 };
 static_assert(std::size(kDecoders) == kModelCount);
 

@@ -3,10 +3,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "format/loaded_item.h"
+#include "format/result.h"
 #include "shaders/btfc_query.h"
 
 namespace btfc {
@@ -43,6 +45,17 @@ struct DecoderModel {
   // footprint: values tightly packed. A test holds it against eval.
   void (*eval_queries)(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries,
                        float* out) = nullptr;
+
+  // Of unbounded models: what is worth keeping between calls, one cache a thread, and the two fast paths
+  // through it, which tests hold against eval: queries of one map under any directions, of any footprint; and
+  // a rectangle under query's directions, its top left texel query's. Values tightly packed.
+  std::shared_ptr<void> (*make_cache)(const LoadedItem& item) = nullptr;
+  void (*cached_queries)(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries,
+                         void* cache, float* out) = nullptr;
+  void (*cached_rect)(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query, std::uint32_t width,
+                      std::uint32_t height, void* cache, float* out) = nullptr;
+  // A period in texels (0: none) and options of the relief, for a freshly loaded item.
+  Result<Done> (*select)(LoadedItem& item, std::uint32_t period, std::uint32_t options) = nullptr;
 };
 
 const DecoderModel& decoder_model(ModelId id);

@@ -76,7 +76,7 @@ struct ModelFormat {
 inline constexpr std::uint32_t kAllLevels = UINT32_MAX;
 
 // Every layer's table has this many rows, in this order; a missing row does not compile.
-inline constexpr std::size_t kModelCount = 7;
+inline constexpr std::size_t kModelCount = 10;
 
 std::span<const ModelFormat> models();
 const ModelFormat* find_model(ModelId id);

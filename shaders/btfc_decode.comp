@@ -43,6 +43,18 @@ uint btfc_word(uint handle, uint slot, uint index) {
 #include "models/gm.h"
 #define BTFC_PARAMS GmParams
 #define BTFC_EVAL gm_eval
+#elif defined(BTFC_MODEL_car)
+#include "models/car.h"
+#define BTFC_PARAMS FieldParams
+#define BTFC_EVAL car_eval
+#elif defined(BTFC_MODEL_gmrf)
+#include "models/gmrf.h"
+#define BTFC_PARAMS FieldParams
+#define BTFC_EVAL gmrf_eval
+#elif defined(BTFC_MODEL_car3d)
+#include "models/car3d.h"
+#define BTFC_PARAMS FieldParams
+#define BTFC_EVAL car3d_eval
 #elif defined(BTFC_MODEL_lpca)
 #include "models/lpca.h"
 #define BTFC_PARAMS LpcaParams

@@ -43,6 +43,7 @@ inline float uintBitsToFloat(uint u) { return std::bit_cast<float>(u); }
 #define BTFC_WORDS const BtfcWords&
 #define BTFC_IN(T) const T&
 #define BTFC_OUT(T) T&
+#define BTFC_INOUT(T) T&
 #define BTFC_PRECISE
 
 #else
@@ -53,6 +54,7 @@ inline float uintBitsToFloat(uint u) { return std::bit_cast<float>(u); }
 #define BTFC_WORDS uint
 #define BTFC_IN(T) T
 #define BTFC_OUT(T) out T
+#define BTFC_INOUT(T) inout T
 #define BTFC_PRECISE precise
 
 #endif

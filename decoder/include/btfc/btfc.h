@@ -141,7 +141,14 @@ typedef struct btfc_selection {
   size_t struct_size;
   uint32_t levels; /* how many levels, the coarsest counted: 1 is that alone, 1 + k adds k components of pca;
                       default all. Chunks of finer levels are not read. Models without levels ignore it. */
+  uint32_t period; /* of unbounded textures: repeat without seams every so many texels both ways; 0: never. A
+                      multiple of 2^(levels - 1), of gmrf's torus, and of the tile where there is a relief */
+  uint32_t relief; /* of unbounded textures with a range map: BTFC_RELIEF_ flags */
 } btfc_selection;
+
+#define BTFC_RELIEF_NONE 1u     /* no bump filter */
+#define BTFC_RELIEF_SHADOW 2u   /* cast shadows */
+#define BTFC_RELIEF_PARALLAX 4u /* texels shifted by their height along the view */
 
 /* Loads item 0, all tiles. selection may be NULL: everything. On success *texture_ret is to be freed with
  * btfc_texture_free. */

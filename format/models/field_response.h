@@ -1,0 +1,27 @@
+// Impulse responses of a level's recursion, and the rule that keeps every valid file from blowing up.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "format/models/field_band.h"
+#include "format/result.h"
+
+namespace btfc {
+
+// Of one subspace: for each output and each noise that it may depend on (car: its own; car3d: d x d, outputs
+// first) (margin + 1) x (2 margin + 1) numbers: what the noise at a texel adds dy rows below, dx texels to the
+// right, dx from -margin. In binary32, in the recursion's order, zero outside: equal everywhere. Refused under
+// FD6: responses that do not die away within the margin.
+Result<Done> field_responses(const FieldBand& band, std::uint32_t subspace, float* out);
+
+// What FD6 looks at: sum |h| over the window, and `beyond`, an upper bound on how much of any disturbance of
+// the window's border is left one margin further.
+struct FieldDecay {
+  double whole = 0, beyond = 0;
+};
+FieldDecay field_decay(const FieldBand& band, std::uint32_t subspace);
+
+inline constexpr double kMostResponse = 4096, kMostBeyond = 0.5;
+
+}  // namespace btfc

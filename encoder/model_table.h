@@ -24,10 +24,10 @@ struct NamedImage {
 };
 
 // What a model is fitted to.
-enum class InputKind { images, dataset };
+enum class InputKind { images, dataset, either };
 
 struct FitInput {
-  std::vector<NamedImage> maps;      // InputKind::images: at least one, all of one size
+  std::vector<NamedImage> maps;      // InputKind::images, and either without a data set: at least one
   const Dataset* dataset = nullptr;  // InputKind::dataset: not null
 };
 

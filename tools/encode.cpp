@@ -71,7 +71,9 @@ Result<FitResult> fit_inputs(const Arguments& a, const Fitter& fit, const FitSet
   const auto read = [&] {
     read_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
-  if (fit.input == InputKind::images) {
+  const bool images = fit.input == InputKind::images ||
+                      (fit.input == InputKind::either && !(a.inputs.size() == 1 && is_dataset(a.inputs[0])));
+  if (images) {
     if (a.dataset.given()) return bad_argument("--crop, --missing and --scratch are for models of data sets");
     for (const std::string& path : a.inputs) {
       if (file_extension(path).empty() && is_dataset(path))

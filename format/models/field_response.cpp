@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 
 namespace btfc {
 namespace {
@@ -36,36 +38,30 @@ std::vector<float> unit_response(const FieldBand& band, std::uint32_t subspace, 
   return h;
 }
 
-// Takes one response into account.
-void measure(const FieldBand& band, const std::vector<float>& h, double coefficients, FieldDecay& decay) {
+FieldDecay decay_of(const FieldBand& band, std::uint32_t subspace, std::uint32_t g, const std::vector<float>& h) {
   const std::ptrdiff_t m = band.margin, width = 2 * m + 1;
-  const std::size_t plane = static_cast<std::size_t>((m + 1) * width);
-  double whole = 0, ring = 0;
+  const std::ptrdiff_t plane = (m + 1) * width;
+  FieldDecay decay;
+  decay.rings.resize(static_cast<std::size_t>(m) + 1);
   for (std::size_t i = 0; i < h.size(); ++i) {
-    const auto at = static_cast<std::ptrdiff_t>(i % plane);
-    const std::ptrdiff_t y = at / width, x = std::abs(at % width - m);
-    whole += std::fabs(double{h[i]});
-    if (y > m - 4 || x > m - 4) ring += std::fabs(double{h[i]});
+    const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) % plane;
+    const std::ptrdiff_t ring = std::max(at / width, std::abs(at % width - m));
+    decay.rings[static_cast<std::size_t>(ring)] += std::fabs(double{h[i]});
+    decay.energy += double{h[i]} * double{h[i]};
   }
-  decay.whole = std::max(decay.whole, whole);
-  decay.beyond = std::max(decay.beyond, ring * (1 + coefficients));
-}
-
-double coefficient_sum(const FieldBand& band, std::uint32_t subspace, std::uint32_t f) {
   const float* record = band.numbers + std::size_t{subspace} * band.record;
   const std::size_t d = band.coupled() ? band.factors : 1;
-  const float* a = band.coupled() ? record + d * (d + 1) / 2 : record + band.begins[f] + 1;
-  double sum = 0;
-  for (std::size_t i = 0; i < band.neighbours(f).size() * d * d; ++i) sum += std::fabs(double{a[i]});
-  return sum;
+  const float* a = band.coupled() ? record + d * (d + 1) / 2 : record + band.begins[g] + 1;
+  for (std::size_t i = 0; i < band.neighbours(g).size() * d * d; ++i) decay.coefficients += std::fabs(double{a[i]});
+  return decay;
 }
 
 Result<Done> check(const FieldBand& band, std::uint32_t subspace, std::uint32_t factor, const FieldDecay& decay) {
-  if (decay.whole <= kMostResponse && decay.beyond <= kMostBeyond) return Done{};
+  if (decay.whole() <= kMostResponse && decay.beyond() <= kMostBeyond) return Done{};
   return invalid("FD6", 0,
                  fmt::format("the recursion of subspace {}, factor {}, level {} does not die away within {} "
                              "texels: its impulse response sums to {:.4g}, {:.4g} beyond, expected at most {} and {}",
-                             subspace, factor, band.level, band.margin, decay.whole, decay.beyond, kMostResponse,
+                             subspace, factor, band.level, band.margin, decay.whole(), decay.beyond(), kMostResponse,
                              kMostBeyond));
 }
 
@@ -78,9 +74,7 @@ Result<Done> field_responses(const FieldBand& band, std::uint32_t subspace, floa
   if (!band.coupled()) {
     for (std::uint32_t f = 0; f < d; ++f) {
       std::vector<float> h = unit_response(band, subspace, f);
-      FieldDecay decay;
-      measure(band, h, coefficient_sum(band, subspace, f), decay);
-      if (const auto ok = check(band, subspace, f, decay); !ok) return ok.error();
+      if (const auto ok = check(band, subspace, f, decay_of(band, subspace, f, h)); !ok) return ok.error();
       const float spread = record[band.begins[f]];
       std::transform(h.begin(), h.end(), out + f * plane, [&](float v) { return spread * v; });
     }
@@ -89,9 +83,7 @@ Result<Done> field_responses(const FieldBand& band, std::uint32_t subspace, floa
   std::fill_n(out, d * d * plane, 0.0f);
   for (std::uint32_t e = 0; e < d; ++e) {
     const std::vector<float> h = unit_response(band, subspace, e);
-    FieldDecay decay;
-    measure(band, h, coefficient_sum(band, subspace, 0), decay);
-    if (const auto ok = check(band, subspace, e, decay); !ok) return ok.error();
+    if (const auto ok = check(band, subspace, e, decay_of(band, subspace, e, h)); !ok) return ok.error();
     for (std::size_t f = 0; f < d; ++f) {
       for (std::size_t g = 0; g <= e; ++g) {
         const float factor = record[e * (e + 1) / 2 + g];
@@ -103,11 +95,14 @@ Result<Done> field_responses(const FieldBand& band, std::uint32_t subspace, floa
   return Done{};
 }
 
-FieldDecay field_decay(const FieldBand& band, std::uint32_t subspace) {
-  FieldDecay decay;
-  for (std::uint32_t f = 0; f < band.factors; ++f)
-    measure(band, unit_response(band, subspace, f), coefficient_sum(band, subspace, f), decay);
-  return decay;
+double FieldDecay::whole() const { return std::accumulate(rings.begin(), rings.end(), 0.0); }
+
+double FieldDecay::beyond() const {
+  return (1 + coefficients) * std::accumulate(rings.end() - std::min<std::ptrdiff_t>(4, std::ssize(rings)), rings.end(), 0.0);
+}
+
+FieldDecay field_decay(const FieldBand& band, std::uint32_t subspace, std::uint32_t g) {
+  return decay_of(band, subspace, g, unit_response(band, subspace, g));
 }
 
 }  // namespace btfc

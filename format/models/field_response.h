@@ -15,13 +15,20 @@ namespace btfc {
 // FD6: responses that do not die away within the margin.
 Result<Done> field_responses(const FieldBand& band, std::uint32_t subspace, float* out);
 
-// What FD6 looks at: sum |h| over the window, and `beyond`, an upper bound on how much of any disturbance of
-// the window's border is left one margin further.
+// How a response dies away: ring r holds the sum of |h| where max(dy, |dx|) = r, of all outputs together, for a
+// noise of spread 1 in output g. Its margin is band.margin.
 struct FieldDecay {
-  double whole = 0, beyond = 0;
+  std::vector<double> rings;
+  double energy = 0;        // sum of h^2
+  double coefficients = 0;  // sum of |a|
+  double whole() const;
+  // An upper bound on how much of any disturbance of the window's border is left one margin further: what the
+  // last four rings hold, times 1 + sum |a|.
+  double beyond() const;
 };
-FieldDecay field_decay(const FieldBand& band, std::uint32_t subspace);
+FieldDecay field_decay(const FieldBand& band, std::uint32_t subspace, std::uint32_t g);
 
+// Rule FD6's limits.
 inline constexpr double kMostResponse = 4096, kMostBeyond = 0.5;
 
 }  // namespace btfc

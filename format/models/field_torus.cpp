@@ -90,6 +90,8 @@ Result<Done> field_torus(const FieldBand& band, std::uint32_t subspace, std::uin
   }
   transform_square(f, n, false);
   const double scale = double{numbers[0]} / static_cast<double>(texels);
+  // No mean: a torus is all there is of the texture, and its colour is the mean's.
+  f[0] = 0;
   for (std::size_t i = 0; i < texels; ++i) f[i] *= scale / std::sqrt(denominator[i]);
   transform_square(f, n, true);
   for (std::size_t i = 0; i < texels; ++i) out[i] = static_cast<float>(f[i].real());

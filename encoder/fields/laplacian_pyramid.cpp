@@ -1,0 +1,95 @@
+// Reduce, expand, subtract.
+#include "encoder/fields/laplacian_pyramid.h"
+
+#include <array>
+
+namespace btfc {
+namespace {
+
+std::uint32_t fold(std::int64_t at, std::uint32_t size, bool wraps) {
+  const auto n = static_cast<std::int64_t>(size);
+  if (n == 1) return 0;
+  if (wraps) return static_cast<std::uint32_t>((at % n + n) % n);
+  const std::int64_t period = 2 * (n - 1);  // the border texel once
+  at = (at % period + period) % period;
+  return static_cast<std::uint32_t>(at < n ? at : period - at);
+}
+
+Plane reduce(const Plane& fine, bool wraps) {
+  constexpr std::array<double, 5> kKernel = {1.0 / 16, 4.0 / 16, 6.0 / 16, 4.0 / 16, 1.0 / 16};
+  Plane rows{(fine.width + 1) / 2, fine.height, {}};
+  rows.values.resize(std::size_t{rows.width} * rows.height);
+  for (std::uint32_t y = 0; y < rows.height; ++y) {
+    for (std::uint32_t x = 0; x < rows.width; ++x) {
+      double sum = 0;
+      for (int i = -2; i <= 2; ++i)
+        sum += kKernel[static_cast<std::size_t>(i + 2)] * fine.at(fold(std::int64_t{2} * x + i, fine.width, wraps), y);
+      rows.values[std::size_t{y} * rows.width + x] = sum;
+    }
+  }
+  Plane out{rows.width, (fine.height + 1) / 2, {}};
+  out.values.resize(std::size_t{out.width} * out.height);
+  for (std::uint32_t y = 0; y < out.height; ++y) {
+    for (std::uint32_t x = 0; x < out.width; ++x) {
+      double sum = 0;
+      for (int i = -2; i <= 2; ++i)
+        sum += kKernel[static_cast<std::size_t>(i + 2)] * rows.at(x, fold(std::int64_t{2} * y + i, fine.height, wraps));
+      out.values[std::size_t{y} * out.width + x] = sum;
+    }
+  }
+  return out;
+}
+
+// What expanding gives at one place of an axis: three coarse places and their weights.
+struct Taps {
+  std::array<std::uint32_t, 3> at;
+  std::array<double, 3> weight;
+};
+Taps taps(std::uint32_t fine, std::uint32_t coarse_size, bool wraps) {
+  const std::int64_t i = fine / 2;
+  const std::array<std::uint32_t, 3> at = {fold(i - 1, coarse_size, wraps), fold(i, coarse_size, wraps),
+                                           fold(i + 1, coarse_size, wraps)};
+  if (fine % 2 == 1) return {at, {0, 0.5, 0.5}};
+  return {at, {0.125, 0.75, 0.125}};
+}
+
+void subtract_expanded(const Plane& coarse, bool wraps, Plane& fine) {
+  for (std::uint32_t y = 0; y < fine.height; ++y) {
+    const Taps v = taps(y, coarse.height, wraps);
+    for (std::uint32_t x = 0; x < fine.width; ++x) {
+      const Taps u = taps(x, coarse.width, wraps);
+      double sum = 0;
+      for (std::size_t j = 0; j < 3; ++j) {
+        for (std::size_t i = 0; i < 3; ++i) sum += v.weight[j] * u.weight[i] * coarse.at(u.at[i], v.at[j]);
+      }
+      fine.values[std::size_t{y} * fine.width + x] -= sum;
+    }
+  }
+}
+
+}  // namespace
+
+double mean_of(const Plane& plane) {
+  double sum = 0;
+  for (const double v : plane.values) sum += v;
+  return sum / static_cast<double>(plane.values.size());
+}
+
+double variance_of(const Plane& plane) {
+  const double mean = mean_of(plane);
+  double sum = 0;
+  for (const double v : plane.values) sum += (v - mean) * (v - mean);
+  return sum / static_cast<double>(plane.values.size());
+}
+
+std::vector<Plane> laplacian_pyramid(const Plane& plane, std::uint32_t levels, bool wraps) {
+  std::vector<Plane> out = {plane};
+  for (std::uint32_t l = 1; l < levels; ++l) {
+    Plane coarse = reduce(out.back(), wraps);
+    subtract_expanded(coarse, wraps, out.back());
+    out.push_back(std::move(coarse));
+  }
+  return out;
+}
+
+}  // namespace btfc

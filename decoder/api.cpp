@@ -459,6 +459,7 @@ void btfc_texture_free(btfc_texture* texture) { delete texture; }
 
 uint32_t btfc_texture_width(const btfc_texture* texture) { return texture->item.head.width; }
 uint32_t btfc_texture_height(const btfc_texture* texture) { return texture->item.head.height; }
+int btfc_texture_unbounded(const btfc_texture* texture) { return texture->item.head.unbounded ? 1 : 0; }
 uint32_t btfc_texture_maps(const btfc_texture* texture) {
   return static_cast<uint32_t>(texture->item.head.maps.size());
 }

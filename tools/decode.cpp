@@ -1,6 +1,9 @@
 // btfc decode: a file's maps, or a region of them, as images. Decodes in bands: the texture is never held
 // whole.
 #include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
 
 #include "encoder/image_file.h"
 #include "encoder/input/directory_files.h"
@@ -8,6 +11,7 @@
 #include "encoder/model_table.h"
 #include "encoder/output/atomic_file.h"
 #include "encoder/run_on_threads.h"
+#include "format/limits.h"
 #include "format/options.h"
 #include "tools/command.h"
 #include "tools/dataset_output.h"
@@ -19,11 +23,13 @@ namespace btfc {
 namespace {
 
 struct Arguments {
-  std::string input, output, map, region, view, light, directions, scratch;
+  std::string input, output, map, region, view, light, directions, scratch, size, origin, relief;
   std::optional<std::uint32_t> levels;
   std::optional<float> footprint;
+  std::uint32_t period = 0;
   unsigned threads = 0;
   Report report;
+  bool window() const { return !size.empty() || !origin.empty(); }
 };
 
 // "T,P" in degrees; empty: the normal.
@@ -61,6 +67,34 @@ Result<Region> region_of(const std::string& text, const btfc_texture* texture) {
   return Region{static_cast<std::int32_t>((*n)[0]), static_cast<std::int32_t>((*n)[1]), (*n)[2], (*n)[3]};
 }
 
+// --size and --origin, of unbounded textures.
+Result<Region> window_of(const Arguments& a, const btfc_texture* texture) {
+  if (!a.region.empty()) return bad_argument("--region lies inside the texture, without --size and --origin");
+  Region region{0, 0, btfc_texture_width(texture), btfc_texture_height(texture)};
+  if (!a.size.empty()) {
+    const auto n = split_numbers(a.size, 'x');
+    if (!n || n->size() != 2 || (*n)[0] < 1 || (*n)[1] < 1 || (*n)[0] > kMaxSide || (*n)[1] > kMaxSide)
+      return bad_argument(fmt::format("--size is '{}', expected WxH, 1 to {} texels a side", a.size, kMaxSide));
+    region.width = (*n)[0];
+    region.height = (*n)[1];
+  }
+  if (!a.origin.empty()) {
+    const std::size_t comma = std::min(a.origin.find(','), a.origin.size());
+    const auto x = number_of(std::string_view(a.origin).substr(0, comma));
+    const auto y = comma < a.origin.size() ? number_of(std::string_view(a.origin).substr(comma + 1)) : std::nullopt;
+    const auto whole = [](double v, std::uint32_t count) {
+      return v == std::floor(v) && v >= INT32_MIN && v + count - 1 <= INT32_MAX;
+    };
+    if (!x || !y || !whole(*x, region.width) || !whole(*y, region.height)) {
+      return bad_argument(
+          fmt::format("--origin is '{}', expected X,Y: texels, with the window within -2^31 to 2^31 - 1", a.origin));
+    }
+    region.x = static_cast<std::int32_t>(*x);
+    region.y = static_cast<std::int32_t>(*y);
+  }
+  return region;
+}
+
 // OUT.png of one map, OUT-NAME.png of several.
 std::string output_path(const std::string& output, const char* map, bool several) {
   if (!several) return output;
@@ -69,7 +103,7 @@ std::string output_path(const std::string& output, const char* map, bool several
   return output.substr(0, dot) + '-' + map + output.substr(dot);
 }
 
-Result<Done> write_map(const btfc_texture* texture, std::uint32_t map, const btfc_directions& directions,
+Result<Done> write_map(const btfc_texture* texture, btfc_scratch* scratch, std::uint32_t map, const btfc_directions& directions,
                        const Region& region, const std::string& path) {
   btfc_map_info info{};
   btfc_texture_map_info(texture, map, &info);
@@ -83,7 +117,7 @@ Result<Done> write_map(const btfc_texture* texture, std::uint32_t map, const btf
   const std::size_t row = std::size_t{region.width} * info.channels * (info.sample == BTFC_UNORM8 ? 1 : 2);
   return write_image_rows(
       path, header, [&](std::uint32_t y, std::uint32_t count, std::uint8_t* codes) -> Result<Done> {
-        const btfc_result result = btfc_decode_rect(texture, nullptr, map, &directions, region.x,
+        const btfc_result result = btfc_decode_rect(texture, scratch, map, &directions, region.x,
                                                     region.y + static_cast<std::int32_t>(y), region.width,
                                                     count, info.sample, codes, row, count * row);
         if (result != BTFC_OK) return Error{Status::out_of_memory, btfc_result_name(result), "", 0};
@@ -94,9 +128,10 @@ Result<Done> write_map(const btfc_texture* texture, std::uint32_t map, const btf
 // All pairs of directions.
 int decode_all(const Arguments& a, const btfc_texture* texture) {
   const auto stop = [](const Error& e) { return fail("decode", e); };
-  if (!a.map.empty() || !a.region.empty() || !a.view.empty() || !a.light.empty() || a.footprint) {
+  if (!a.map.empty() || !a.region.empty() || !a.view.empty() || !a.light.empty() || a.footprint || a.window()) {
     return stop(bad_argument(
-        "--directions all decodes all there is, without --map, --region, --view, --light, --footprint"));
+        "--directions all decodes all there is, without --map, --region, --size, --origin, --view, --light, "
+        "--footprint"));
   }
   Result<Done> done = Done{};
   Json json;
@@ -127,10 +162,10 @@ std::optional<int> write_exchanged(const Arguments& a) {
   const FileExchange* exchange = fitter(opened->head.model).exchange;
   if (exchange == nullptr || extension != exchange->extension) return std::nullopt;
   if (!a.map.empty() || !a.region.empty() || !a.view.empty() || !a.light.empty() || !a.directions.empty() ||
-      a.levels || a.footprint) {
+      a.levels || a.footprint || a.window() || a.period != 0 || !a.relief.empty()) {
     return stop(
         bad_argument(fmt::format("a .{} file takes all there is, without --map, --region, --view, "
-                                 "--light, --directions, --levels, --footprint",
+                                 "--light, --directions, --levels, --footprint, --size, --origin, --periodic, --relief",
                                  extension)));
   }
   const Result<Bytes> bytes = exchange->write(opened->head, opened->parm, chunk_reader(source, *opened));
@@ -147,6 +182,14 @@ int run(const Arguments& a) {
   btfc_selection selection{};
   selection.struct_size = sizeof selection;
   selection.levels = a.levels ? *a.levels + 1 : 0;
+  selection.period = a.period;
+  const std::map<std::string, std::uint32_t> reliefs = {{"", 0},
+                                                        {"bump", 0},
+                                                        {"none", BTFC_RELIEF_NONE},
+                                                        {"shadow", BTFC_RELIEF_SHADOW},
+                                                        {"parallax", BTFC_RELIEF_PARALLAX},
+                                                        {"both", BTFC_RELIEF_SHADOW | BTFC_RELIEF_PARALLAX}};
+  selection.relief = reliefs.at(a.relief);
   const Result<TexturePtr> texture = load_texture(a.input, &selection);
   if (!texture) return stop(texture.error());
   if (!a.directions.empty()) return decode_all(a, texture->get());
@@ -156,7 +199,9 @@ int run(const Arguments& a) {
     return stop(parsed.error());
   if (const auto parsed = parse_direction("light", a.light, directions.light); !parsed)
     return stop(parsed.error());
-  const Result<Region> region = region_of(a.region, texture->get());
+  if (a.window() && btfc_texture_unbounded(texture->get()) == 0)
+    return stop(bad_argument(fmt::format("'{}' is not unbounded: --size and --origin do not apply", a.input)));
+  const Result<Region> region = a.window() ? window_of(a, texture->get()) : region_of(a.region, texture->get());
   if (!region) return stop(region.error());
   std::uint32_t first = 0, end = btfc_texture_maps(texture->get());
   if (!a.map.empty()) {
@@ -165,12 +210,14 @@ int run(const Arguments& a) {
     first = *number;
     end = first + 1;
   }
+  const std::unique_ptr<btfc_scratch, decltype(&btfc_scratch_free)> scratch(btfc_scratch_new(texture->get()),
+                                                                            btfc_scratch_free);
   Json files = Json::array();
   for (std::uint32_t m = first; m < end; ++m) {
     btfc_map_info info{};
     btfc_texture_map_info(texture->get(), m, &info);
     const std::string path = output_path(a.output, info.name, end - first > 1);
-    if (const auto wrote = write_map(texture->get(), m, directions, *region, path); !wrote)
+    if (const auto wrote = write_map(texture->get(), scratch.get(), m, directions, *region, path); !wrote)
       return stop(wrote.error());
     files.push_back(
         {{"map", info.name}, {"output", path}, {"width", region->width}, {"height", region->height}});
@@ -192,6 +239,16 @@ Verb add_decode(CLI::App& app) {
       ->type_name("OUT.png|.exr|.ptm|DIR");
   verb->add_option("--map", a->map, "only this map")->type_name("NAME");
   verb->add_option("--region", a->region, "only these texels")->type_name("X,Y,W,H");
+  verb->add_option("--size", a->size, "of an unbounded texture: so many texels (default: the analysed tile's)")
+      ->type_name("WxH");
+  verb->add_option("--origin", a->origin, "of an unbounded texture: the top left texel (default 0,0)")
+      ->type_name("X,Y");
+  verb->add_option("--periodic", a->period, "of an unbounded texture: repeat every N texels, without seams")
+      ->type_name("N");
+  verb->add_option("--relief", a->relief,
+                   "of a range map: bump filter, none, cast shadows, parallax, or both of these (default bump)")
+      ->check(CLI::IsMember({"bump", "none", "shadow", "parallax", "both"}))
+      ->type_name("KIND");
   verb->add_option("--view", a->view, "of a BTF: the view in degrees, theta,phi (default 0,0)")
       ->type_name("T,P");
   verb->add_option("--light", a->light, "of a BTF: the light in degrees, theta,phi (default 0,0)")

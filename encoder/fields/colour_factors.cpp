@@ -9,11 +9,11 @@
 
 namespace btfc {
 
-ColourFactors colour_factors(const std::vector<Plane>& channels, const std::optional<MatrixD>& like) {
+ColourFactors colour_factors(const std::vector<FieldPlane>& channels, const std::optional<MatrixD>& like) {
   const auto d = as_index(channels.size());
   const std::size_t texels = channels[0].values.size();
   ColourFactors out;
-  for (const Plane& c : channels) out.mean.push_back(mean_of(c));
+  for (const FieldPlane& c : channels) out.mean.push_back(mean_of(c));
   MatrixD covariance = MatrixD::Zero(d, d);
   for (Eigen::Index i = 0; i < d; ++i) {
     for (Eigen::Index j = i; j < d; ++j) {
@@ -31,7 +31,7 @@ ColourFactors colour_factors(const std::vector<Plane>& channels, const std::opti
     if (sign < 0) out.basis.col(f) *= -1;
   }
   for (Eigen::Index f = 0; f < d; ++f) {
-    Plane plane = channels[0];
+    FieldPlane plane = channels[0];
     for (std::size_t t = 0; t < texels; ++t) {
       double sum = 0;
       for (Eigen::Index c = 0; c < d; ++c) {

@@ -15,9 +15,9 @@ std::uint32_t fold(std::int64_t at, std::uint32_t size, bool wraps) {
   return static_cast<std::uint32_t>(at < n ? at : period - at);
 }
 
-Plane reduce(const Plane& fine, bool wraps) {
+FieldPlane reduce(const FieldPlane& fine, bool wraps) {
   constexpr std::array<double, 5> kKernel = {1.0 / 16, 4.0 / 16, 6.0 / 16, 4.0 / 16, 1.0 / 16};
-  Plane rows{(fine.width + 1) / 2, fine.height, {}};
+  FieldPlane rows{(fine.width + 1) / 2, fine.height, {}};
   rows.values.resize(std::size_t{rows.width} * rows.height);
   for (std::uint32_t y = 0; y < rows.height; ++y) {
     for (std::uint32_t x = 0; x < rows.width; ++x) {
@@ -27,7 +27,7 @@ Plane reduce(const Plane& fine, bool wraps) {
       rows.values[std::size_t{y} * rows.width + x] = sum;
     }
   }
-  Plane out{rows.width, (fine.height + 1) / 2, {}};
+  FieldPlane out{rows.width, (fine.height + 1) / 2, {}};
   out.values.resize(std::size_t{out.width} * out.height);
   for (std::uint32_t y = 0; y < out.height; ++y) {
     for (std::uint32_t x = 0; x < out.width; ++x) {
@@ -53,7 +53,7 @@ Taps taps(std::uint32_t fine, std::uint32_t coarse_size, bool wraps) {
   return {at, {0.125, 0.75, 0.125}};
 }
 
-void subtract_expanded(const Plane& coarse, bool wraps, Plane& fine) {
+void subtract_expanded(const FieldPlane& coarse, bool wraps, FieldPlane& fine) {
   for (std::uint32_t y = 0; y < fine.height; ++y) {
     const Taps v = taps(y, coarse.height, wraps);
     for (std::uint32_t x = 0; x < fine.width; ++x) {
@@ -69,23 +69,23 @@ void subtract_expanded(const Plane& coarse, bool wraps, Plane& fine) {
 
 }  // namespace
 
-double mean_of(const Plane& plane) {
+double mean_of(const FieldPlane& plane) {
   double sum = 0;
   for (const double v : plane.values) sum += v;
   return sum / static_cast<double>(plane.values.size());
 }
 
-double variance_of(const Plane& plane) {
+double variance_of(const FieldPlane& plane) {
   const double mean = mean_of(plane);
   double sum = 0;
   for (const double v : plane.values) sum += (v - mean) * (v - mean);
   return sum / static_cast<double>(plane.values.size());
 }
 
-std::vector<Plane> laplacian_pyramid(const Plane& plane, std::uint32_t levels, bool wraps) {
-  std::vector<Plane> out = {plane};
+std::vector<FieldPlane> laplacian_pyramid(const FieldPlane& plane, std::uint32_t levels, bool wraps) {
+  std::vector<FieldPlane> out = {plane};
   for (std::uint32_t l = 1; l < levels; ++l) {
-    Plane coarse = reduce(out.back(), wraps);
+    FieldPlane coarse = reduce(out.back(), wraps);
     subtract_expanded(coarse, wraps, out.back());
     out.push_back(std::move(coarse));
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 
 #include "encoder/fields/recursion_stability.h"
@@ -19,8 +20,9 @@ namespace btfc {
 namespace {
 
 constexpr double kPrior = 1e-6;
-// |noise| is at most so much: (16 65536 + 65535) / (65536 sqrt(49 / 6)).
-constexpr double kMostNoise = 5.9487;
+// Sums of many noises are all but normal: six standard deviations are passed once in 500 million.
+constexpr double kDeviations = 6;
+constexpr double kClear = 0.5;
 constexpr double kMostRadius = 0.9999;
 constexpr int kBisections = 14;
 
@@ -64,6 +66,7 @@ double likelihood_lost(double samples, double before, double after, std::size_t 
 struct Settled {
   std::vector<float> numbers;
   std::vector<double> tail;  // by margin: a bound on the error of values
+  std::uint32_t least_margin = 4;  // from which on rule FD6 is kept, well clear of its limits
   double radius = 0;
   bool good = false;
 };
@@ -113,7 +116,7 @@ Settled settle(const NeighbourMoments& moments, std::uint64_t mask, const std::v
   for (std::uint32_t g = 0; g < d; ++g) decays.push_back(field_decay(band, 0, g));
   double variance = 0;
   if (d == 1) {
-    variance = decays[0].energy;
+    variance = std::accumulate(decays[0].energy.begin(), decays[0].energy.end(), 0.0);
   } else {
     const std::size_t plane = (kMostFittedMargin + 1) * (2 * kMostFittedMargin + 1);
     std::vector<float> h(d * d * plane);
@@ -124,27 +127,31 @@ Settled settle(const NeighbourMoments& moments, std::uint64_t mask, const std::v
   const double wanted = std::accumulate(demand.variance.begin(), demand.variance.end(), 0.0);
   const double scale = variance > 0 && wanted > 0 ? std::sqrt(wanted / variance) : 0;
   s.numbers = write(scale);
-  // Rings beyond a margin, and beyond the window what the last rings' fall says.
+  // The variance of what lies beyond a margin; beyond the window what the last rings' fall says.
   s.tail.assign(kMostFittedMargin + 1, 0);
   for (std::uint32_t g = 0; g < d; ++g) {
-    const std::vector<double>& rings = decays[g].rings;
-    const auto sum = [&](std::size_t begin, std::size_t end) {
-      return std::accumulate(rings.begin() + static_cast<std::ptrdiff_t>(begin),
-                             rings.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
-    };
-    const std::size_t n = rings.size();
-    const double last = sum(n - 16, n), before = sum(n - 32, n - 16);
+    const std::vector<double>& energy = decays[g].energy;
+    const std::ptrdiff_t n = std::ssize(energy);
+    const double last = std::accumulate(energy.end() - 16, energy.end(), 0.0);
+    const double before = std::accumulate(energy.end() - 32, energy.end() - 16, 0.0);
     if (last > 0 && !(last < before)) return s;
     double outside = last > 0 ? last * last / (before - last) : 0;
+    const double noise = scale * scale * factor.row(as_index(g)).squaredNorm();
     const double weight = *std::max_element(demand.weight.begin(), demand.weight.end());
-    double noise = 0;
-    for (std::size_t e = 0; e < d; ++e) noise += std::fabs(factor(as_index(g), as_index(e)));
-    for (std::size_t m = n; m-- > 0;) {
-      s.tail[m] += kMostNoise * scale * noise * (d == 1 ? demand.weight[0] : weight) * outside;
-      outside += rings[m];
+    for (std::ptrdiff_t m = n; m-- > 0;) {
+      s.tail[static_cast<std::size_t>(m)] += weight * weight * noise * outside;
+      outside += energy[static_cast<std::size_t>(m)];
     }
-    if (decays[g].whole() > 0.9 * kMostResponse) return s;
+    const std::vector<double>& rings = decays[g].rings;
+    const auto beyond = [&](std::uint32_t m) {
+      return (1 + decays[g].coefficients) * (rings[m] + rings[m - 1] + rings[m - 2] + rings[m - 3]);
+    };
+    std::uint32_t margin = kMostFittedMargin;
+    while (margin > 4 && beyond(margin - 1) < kClear * kMostBeyond) --margin;
+    s.least_margin = std::max(s.least_margin, margin);
+    if (decays[g].whole() > kClear * kMostResponse || beyond(margin) > kClear * kMostBeyond) return s;
   }
+  for (double& v : s.tail) v = kDeviations * std::sqrt(v);
   s.good = s.tail[kMostFittedMargin] <= demand.error;
   return s;
 }
@@ -227,7 +234,7 @@ LevelModel settle_recursion(const NeighbourMoments& moments, std::uint64_t mask,
   model.repaired_radius = s.radius;
   model.numbers = std::move(s.numbers);
   model.tail = std::move(s.tail);
-  model.margin = 4;
+  model.margin = s.least_margin;
   while (model.margin < kMostFittedMargin && model.tail[model.margin] > demand.error) ++model.margin;
   model.likelihood_lost = likelihood_lost(moments.samples, prediction_error(moments, mask, raw),
                                           prediction_error(moments, mask, kept), d);

@@ -15,14 +15,14 @@
 
 namespace btfc {
 
-Plane normal_scores(const Plane& plane) {
+FieldPlane normal_scores(const FieldPlane& plane) {
   const std::size_t n = plane.values.size();
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return plane.values[a] < plane.values[b] || (plane.values[a] == plane.values[b] && a < b);
   });
-  Plane scores = plane;
+  FieldPlane scores = plane;
   for (std::size_t begin = 0; begin < n;) {
     std::size_t end = begin + 1;
     while (end < n && plane.values[order[end]] == plane.values[order[begin]]) ++end;
@@ -33,7 +33,7 @@ Plane normal_scores(const Plane& plane) {
   return scores;
 }
 
-std::vector<float> marginal_table(const Plane& plane, std::uint32_t knots) {
+std::vector<float> marginal_table(const FieldPlane& plane, std::uint32_t knots) {
   std::vector<double> sorted = plane.values;
   std::sort(sorted.begin(), sorted.end());
   std::vector<float> table;

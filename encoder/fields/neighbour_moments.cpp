@@ -11,7 +11,7 @@ constexpr std::size_t kLeastTexels = 512, kBlock = 512;
 
 }  // namespace
 
-NeighbourMoments neighbour_moments(std::span<const Plane> planes, Neighbourhood kind, bool wraps) {
+NeighbourMoments neighbour_moments(std::span<const FieldPlane> planes, Neighbourhood kind, bool wraps) {
   const std::uint32_t width = planes[0].width, height = planes[0].height;
   const std::uint32_t below = kind == Neighbourhood::symmetric ? kReach : 0;
   const bool fits = width > 2 * kReach && height > kReach + below &&
@@ -24,7 +24,7 @@ NeighbourMoments neighbour_moments(std::span<const Plane> planes, Neighbourhood 
   const std::size_t columns = (kFieldCandidates + 1) * planes.size();
   result.moments = MatrixD::Zero(as_index(columns), as_index(columns));
   std::vector<double> means;
-  for (const Plane& plane : planes) means.push_back(mean_of(plane));
+  for (const FieldPlane& plane : planes) means.push_back(mean_of(plane));
   MatrixD block(as_index(kBlock), as_index(columns));
   Eigen::Index rows = 0;
   const auto flush = [&] {

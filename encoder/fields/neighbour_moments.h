@@ -24,6 +24,6 @@ enum class Neighbourhood { causal, symmetric };
 
 // Planes of one size. Texels whose neighbours lie outside do not count, unless the plane wraps or too few
 // would be left: then it is taken as a torus.
-NeighbourMoments neighbour_moments(std::span<const Plane> planes, Neighbourhood kind, bool wraps);
+NeighbourMoments neighbour_moments(std::span<const FieldPlane> planes, Neighbourhood kind, bool wraps);
 
 }  // namespace btfc

@@ -5,14 +5,14 @@
 
 namespace btfc {
 
-struct Plane {
+struct FieldPlane {
   std::uint32_t width = 0, height = 0;
   std::vector<double> values;  // rows from the top
   double at(std::uint32_t x, std::uint32_t y) const { return values[std::size_t{y} * width + x]; }
 };
 
-double mean_of(const Plane& plane);
+double mean_of(const FieldPlane& plane);
 // Two passes, over all texels.
-double variance_of(const Plane& plane);
+double variance_of(const FieldPlane& plane);
 
 }  // namespace btfc

@@ -36,14 +36,14 @@ double filter(float shade, double strength) { return 1 + strength * (double{shad
 }  // namespace
 
 float take_relief_off(std::span<const float> heights, std::uint32_t range_width, std::uint32_t range_height,
-                      std::span<const std::array<float, 3>> lights, std::vector<std::vector<Plane>>& images) {
+                      std::span<const std::array<float, 3>> lights, std::vector<std::vector<FieldPlane>>& images) {
   std::array<double, kSteps + 1> cost{};
   std::vector<std::vector<float>> all;
   for (std::size_t k = 0; k < images.size(); ++k) {
     all.push_back(shades(heights, range_width, range_height, lights[k], images[k][0].width, images[k][0].height));
     for (int step = 0; step <= kSteps; ++step) {
       const double strength = static_cast<double>(step) / kSteps;
-      for (const Plane& plane : images[k]) {
+      for (const FieldPlane& plane : images[k]) {
         double sum = 0, squares = 0;
         bool possible = true;
         for (std::size_t i = 0; i < plane.values.size(); ++i) {
@@ -66,7 +66,7 @@ float take_relief_off(std::span<const float> heights, std::uint32_t range_width,
   }
   const double strength = static_cast<double>(best) / kSteps;
   for (std::size_t k = 0; k < images.size(); ++k) {
-    for (Plane& plane : images[k]) {
+    for (FieldPlane& plane : images[k]) {
       for (std::size_t i = 0; i < plane.values.size(); ++i) plane.values[i] /= filter(all[k][i], strength);
     }
   }

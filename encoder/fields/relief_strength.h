@@ -12,6 +12,6 @@ namespace btfc {
 // the least of their variance over their squared means; images are then divided by it. heights: of the range
 // map, in texels; lights: unit vectors, one an image.
 float take_relief_off(std::span<const float> heights, std::uint32_t range_width, std::uint32_t range_height,
-                      std::span<const std::array<float, 3>> lights, std::vector<std::vector<Plane>>& images);
+                      std::span<const std::array<float, 3>> lights, std::vector<std::vector<FieldPlane>>& images);
 
 }  // namespace btfc

@@ -41,17 +41,17 @@ constexpr double kRounding = 4e-6;
 struct SubspaceFactors {
   std::vector<double> mean;
   MatrixD basis;
-  std::vector<Plane> planes;                // normal scores, or values where there are no tables
+  std::vector<FieldPlane> planes;                // normal scores, or values where there are no tables
   std::vector<std::vector<float>> tables;   // of the factors
-  std::vector<std::vector<Plane>> pyramid;  // of each factor
+  std::vector<std::vector<FieldPlane>> pyramid;  // of each factor
 };
 
-SubspaceFactors factors_of(const std::vector<Plane>& channels, const FieldShape& shape, bool wraps,
+SubspaceFactors factors_of(const std::vector<FieldPlane>& channels, const FieldShape& shape, bool wraps,
                            const std::optional<MatrixD>& like) {
   SubspaceFactors out;
-  std::vector<Plane> factors;
+  std::vector<FieldPlane> factors;
   if (shape.coupled()) {
-    for (const Plane& c : channels) {
+    for (const FieldPlane& c : channels) {
       out.mean.push_back(mean_of(c));
       factors.push_back(c);
       for (double& v : factors.back().values) v -= out.mean.back();
@@ -63,7 +63,7 @@ SubspaceFactors factors_of(const std::vector<Plane>& channels, const FieldShape&
     out.basis = std::move(colours.basis);
     factors = std::move(colours.factors);
   }
-  for (Plane& factor : factors) {
+  for (FieldPlane& factor : factors) {
     if (shape.knots > 0) {
       out.tables.push_back(marginal_table(factor, shape.knots));
       factor = normal_scores(factor);
@@ -96,7 +96,7 @@ LevelFit fit_level(const FieldShape& shape, const std::vector<SubspaceFactors>& 
   for (std::size_t f = 0; f < groups; ++f) {
     std::vector<NeighbourMoments> moments(subspaces.size());
     const auto planes_of_level = [&](std::size_t k) {
-      std::vector<Plane> planes;
+      std::vector<FieldPlane> planes;
       for (std::size_t g = shape.coupled() ? 0 : f; g < (shape.coupled() ? d : f + 1); ++g)
         planes.push_back(subspaces[k].pyramid[g][level]);
       return planes;
@@ -111,7 +111,7 @@ LevelFit fit_level(const FieldShape& shape, const std::vector<SubspaceFactors>& 
       demand.precision = shape.precision;
       demand.level = level;
       demand.error = error;
-      for (const Plane& plane : planes_of_level(k)) demand.variance.push_back(variance_of(plane));
+      for (const FieldPlane& plane : planes_of_level(k)) demand.variance.push_back(variance_of(plane));
       for (std::size_t g = 0; g < moments[k].planes; ++g)
         demand.weight.push_back(sensitivity(subspaces[k], shape.coupled() ? g : f));
       fit.models[k][f] = shape.kind == FieldKind::gmrf

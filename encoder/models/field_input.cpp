@@ -16,9 +16,9 @@
 namespace btfc {
 namespace {
 
-std::vector<Plane> planes_of(const Image& image) {
-  std::vector<Plane> planes(image.channels, {image.width, image.height, {}});
-  for (Plane& plane : planes) plane.values.reserve(std::size_t{image.width} * image.height);
+std::vector<FieldPlane> planes_of(const Image& image) {
+  std::vector<FieldPlane> planes(image.channels, {image.width, image.height, {}});
+  for (FieldPlane& plane : planes) plane.values.reserve(std::size_t{image.width} * image.height);
   for (std::size_t i = 0; i < image.codes.size(); ++i)
     planes[i % image.channels].values.push_back(double{code_value(image.type, image.codes[i])});
   return planes;
@@ -41,7 +41,7 @@ Result<FieldInput> input_of_images(ModelId model, const std::vector<NamedImage>&
       return bad_argument(fmt::format("map '{}' has {}x{} texels, expected at most {} a side", map.name, image.width,
                                       image.height, kMaxSide));
     out.head.maps.push_back({map.name, image.channels, image.type, image.colour_space, image.alpha});
-    for (Plane& plane : planes_of(image)) out.channels[0].push_back(std::move(plane));
+    for (FieldPlane& plane : planes_of(image)) out.channels[0].push_back(std::move(plane));
   }
   if (out.head.channels() > kMaxChannels)
     return bad_argument(fmt::format("{} channels, expected at most {}", out.head.channels(), kMaxChannels));

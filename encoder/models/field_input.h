@@ -20,7 +20,7 @@ struct FieldInput {
   std::uint32_t range_width = 0, range_height = 0, range_bits = 0;
   float relief = 0, height_step = 0;
   std::vector<std::uint16_t> range;
-  std::vector<std::vector<Plane>> channels;  // of each subspace, values divided by the bump filter's
+  std::vector<std::vector<FieldPlane>> channels;  // of each subspace, values divided by the bump filter's
   std::vector<Parameter> report;
 };
 

@@ -43,11 +43,12 @@ FieldDecay decay_of(const FieldBand& band, std::uint32_t subspace, std::uint32_t
   const std::ptrdiff_t plane = (m + 1) * width;
   FieldDecay decay;
   decay.rings.resize(static_cast<std::size_t>(m) + 1);
+  decay.energy.resize(decay.rings.size());
   for (std::size_t i = 0; i < h.size(); ++i) {
     const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) % plane;
     const std::ptrdiff_t ring = std::max(at / width, std::abs(at % width - m));
     decay.rings[static_cast<std::size_t>(ring)] += std::fabs(double{h[i]});
-    decay.energy += double{h[i]} * double{h[i]};
+    decay.energy[static_cast<std::size_t>(ring)] += double{h[i]} * double{h[i]};
   }
   const float* record = band.numbers + std::size_t{subspace} * band.record;
   const std::size_t d = band.coupled() ? band.factors : 1;

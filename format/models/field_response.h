@@ -19,7 +19,7 @@ Result<Done> field_responses(const FieldBand& band, std::uint32_t subspace, floa
 // noise of spread 1 in output g. Its margin is band.margin.
 struct FieldDecay {
   std::vector<double> rings;
-  double energy = 0;        // sum of h^2
+  std::vector<double> energy;  // of each ring the sum of h^2
   double coefficients = 0;  // sum of |a|
   double whole() const;
   // An upper bound on how much of any disturbance of the window's border is left one margin further: what the

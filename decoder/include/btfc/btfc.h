@@ -175,6 +175,8 @@ typedef struct btfc_map_info {
 
 BTFC_API uint32_t btfc_texture_width(const btfc_texture* texture);
 BTFC_API uint32_t btfc_texture_height(const btfc_texture* texture);
+/* 1 where every texel of the plane is another one, whatever the width and height of what was analysed. */
+BTFC_API int btfc_texture_unbounded(const btfc_texture* texture);
 BTFC_API uint32_t btfc_texture_maps(const btfc_texture* texture);
 BTFC_API btfc_result btfc_texture_map_info(const btfc_texture* texture, uint32_t map,
                                            btfc_map_info* info_ret);

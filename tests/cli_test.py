@@ -909,9 +909,15 @@ class TextureDistanceTest(CommandTest):
             self.ok("synth", "grain", "--size", "96x64", "--seed", seed, "-o", self.path(f"{name}.png"))
         told = self.json("compare", "--statistics", self.path("a.png"), self.path("b.png"), "--json")
         for measure in ("marginal_distance", "power_spectrum_distance", "autocorrelation_distance", "stsim2"):
-            self.assertEqual(set(told["distances"][measure]), {"value", "ceiling"})
+            self.assertEqual(set(told["distances"][measure]), {"value", "ceiling", "ratio"})
+            self.assertTrue(0.2 < told["distances"][measure]["ratio"] < 5, told)
         same = self.json("compare", "--statistics", self.path("a.png"), self.path("a.png"), "--json")
         self.assertEqual((same["flip"], same["mae_lab"]), (0, 0))
+        # Two crops of 32 texels a side each way: four of the sixteen pairs are equal.
+        for measure in ("marginal_distance", "power_spectrum_distance", "autocorrelation_distance", "stsim2"):
+            self.assertAlmostEqual(same["distances"][measure]["ratio"], 0.75)
+        said = self.ok("compare", "--statistics", self.path("a.png"), self.path("b.png"))
+        self.assertIn("ratio", said)
 
 
 if __name__ == "__main__":

@@ -242,6 +242,48 @@ TEST(TextureDistances, HalvesThatAreAlikeHaveNoDistance) {
   }
 }
 
+TEST(TextureDistances, AreMeansOverQuadrants) {
+  // 69 x 67 texels: quadrants of 34 or 35 x 33 or 34 hold a crop of 32 each; 40 x 70: parts above one
+  // another.
+  const Image reference = sample("bricks", 1, 69, 67), candidate = sample("bricks", 2, 40, 70);
+  std::vector<Image> own, others;
+  for (const std::uint32_t y : {0u, 34u}) {
+    for (const std::uint32_t x : {1u, 35u}) own.push_back(crop(reference, x, y, 32, 32));
+  }
+  for (const std::uint32_t y : {1u, 36u}) others.push_back(crop(candidate, 4, y, 32, 32));
+  const auto similarity = [](const Image& a, const Image& b) {
+    return stsim2(stsim_features(luma_of(a), 32), stsim_features(luma_of(b), 32));
+  };
+  const ColourAxes axes = colour_axes(own);
+  AgainstCeiling stsim, first_axis;
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (const Image& other : others) {
+      stsim.value += similarity(own[i], other) / 8;
+      first_axis.value += marginal_distances(axes, own[i], other)[0] / 8;
+    }
+    for (std::size_t j = 0; j < i; ++j) {
+      stsim.ceiling += similarity(own[i], own[j]) / 6;
+      first_axis.ceiling += marginal_distances(axes, own[i], own[j])[0] / 6;
+    }
+  }
+  const auto d = texture_distances(reference, candidate);
+  ASSERT_TRUE(d);
+  EXPECT_EQ(d->crop, 32u);
+  EXPECT_NEAR(d->stsim2.value, stsim.value, 1e-12);
+  EXPECT_NEAR(d->stsim2.ceiling, stsim.ceiling, 1e-12);
+  EXPECT_NEAR(d->stsim2_ratio(), (1 - stsim.value) / (1 - stsim.ceiling), 1e-9);
+  EXPECT_NEAR(d->marginal[0].value, first_axis.value, 1e-12);
+  EXPECT_NEAR(d->marginal[0].ceiling, first_axis.ceiling, 1e-12);
+  EXPECT_NEAR(d->marginal[0].ratio(), first_axis.value / first_axis.ceiling, 1e-9);
+  // A copy: four of sixteen pairs are equal.
+  const auto copy = texture_distances(reference, reference);
+  ASSERT_TRUE(copy);
+  for (const double ratio : {copy->marginals.ratio(), copy->spectrum.ratio(), copy->autocorrelation.ratio(),
+                             copy->stsim2_ratio()}) {
+    EXPECT_NEAR(ratio, 0.75, 1e-9);
+  }
+}
+
 TEST(TextureDistances, ConstantsOddSizesAndTypesAreDefined) {
   for (const std::uint32_t channels : {1u, 2u, 3u, 4u}) {
     const Image flat = constant(37, 20, channels, SampleType::unorm8, 9);

@@ -118,21 +118,20 @@ int compare_data(const CompareArguments& a, const MetricOptions& measures) {
   return m->differing_samples == 0 ? kExitOk : kExitDifferent;
 }
 
-Json against_ceiling(const AgainstCeiling& v) {
-  return {{"value", number_or_null(v.value)}, {"ceiling", number_or_null(v.ceiling)}};
-}
-
 // What textures that are not aligned have in common, beside what the reference's own crops have.
 void add_distances(const TextureDistances& d, std::string& text, Json& json) {
-  const auto add = [&](const char* name, const AgainstCeiling& v) {
-    text += fmt::format("\n{} {:.4f} (crop against crop {:.4f})", name, v.value, v.ceiling);
-    json[name] = against_ceiling(v);
+  const auto add = [&](const char* name, const AgainstCeiling& v, double ratio) {
+    text +=
+        fmt::format("\n{} {:.4f} (crop against crop {:.4f}, ratio {:.3f})", name, v.value, v.ceiling, ratio);
+    json[name] = {{"value", number_or_null(v.value)},
+                  {"ceiling", number_or_null(v.ceiling)},
+                  {"ratio", number_or_null(ratio)}};
   };
   json["crop"] = d.crop;
-  add("marginal_distance", d.marginals);
-  add("power_spectrum_distance", d.spectrum);
-  add("autocorrelation_distance", d.autocorrelation);
-  add("stsim2", d.stsim2);
+  add("marginal_distance", d.marginals, d.marginals.ratio());
+  add("power_spectrum_distance", d.spectrum, d.spectrum.ratio());
+  add("autocorrelation_distance", d.autocorrelation, d.autocorrelation.ratio());
+  add("stsim2", d.stsim2, d.stsim2_ratio());
 }
 
 int compare(const CompareArguments& arguments) {
@@ -229,7 +228,7 @@ Verb add_compare(CLI::App& app) {
   verb->add_option("--map", a->map, "the map of the .btfc files")->type_name("NAME");
   verb->add_flag(
       "--statistics", a->statistics,
-      "of images: also distances between textures that are not aligned, beside those between two crops of "
+      "of images: also distances between textures that are not aligned, beside those between crops of "
       "A; A and B may differ in size, and then have no PSNR, RMSE, SSIM and peak; exit 0");
   verb->add_option("--measures", a->measures, "which of the slower measures (default ssim,mae_lab,flip)")
       ->type_name("psnr,ssim,…");

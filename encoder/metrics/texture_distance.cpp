@@ -1,10 +1,10 @@
-// Three crops, the features of each, and distances between them.
+// Crops, the features of each, and distances between them.
 #include "encoder/metrics/texture_distance.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+#include <vector>
 
 #include "encoder/metrics/autocorrelation.h"
 #include "encoder/metrics/colour_marginals.h"
@@ -17,23 +17,45 @@ namespace {
 
 static_assert(kLeastTextureCrop >= kLeastStsimSide);
 
-// A square of `side` texels in the middle of a part of an image.
-Image middle(const Image& image, std::uint32_t x, std::uint32_t y, std::uint32_t width, std::uint32_t height,
-             std::uint32_t side) {
-  return crop(image, x + (width - side) / 2, y + (height - side) / 2, side, side);
+// Squares of `side` texels in the middles of an image's parts, rows from the top.
+std::vector<Image> crops_of(const Image& image, std::uint32_t side) {
+  const std::uint32_t across = std::min(2u, image.width / side), down = std::min(2u, image.height / side);
+  const auto place = [&](std::uint32_t part, std::uint32_t parts, std::uint32_t length) {
+    return (part * length / parts + (part + 1) * length / parts - side) / 2;
+  };
+  std::vector<Image> crops;
+  for (std::uint32_t j = 0; j < down; ++j) {
+    for (std::uint32_t i = 0; i < across; ++i)
+      crops.push_back(crop(image, place(i, across, image.width), place(j, down, image.height), side, side));
+  }
+  return crops;
 }
 
 struct Features {
+  Image crop;
   Spectrum spectrum;
   std::vector<double> autocorrelation;
   StsimFeatures stsim;
 };
 
-Features features_of(const Image& image) {
-  const std::vector<double> values = luma(image, display_table(image));
-  const std::uint32_t side = image.width;
-  return {texture_statistics(image, spectrum_block(side, side)).spectrum, autocorrelation(values, side),
-          stsim_features(values, side)};
+std::vector<Features> features_of(const std::vector<Image>& crops) {
+  std::vector<Features> out;
+  for (const Image& image : crops) {
+    const std::vector<double> values = luma(image, display_table(image));
+    const std::uint32_t side = image.width;
+    out.push_back({image, texture_statistics(image, spectrum_block(side, side)).spectrum,
+                   autocorrelation(values, side), stsim_features(values, side)});
+  }
+  return out;
+}
+
+// Spectrum, autocorrelation, STSIM-2, and the marginals.
+std::vector<double> distances(const ColourAxes& axes, const Features& p, const Features& q) {
+  std::vector<double> out = {spectrum_distance(p.spectrum, q.spectrum),
+                             autocorrelation_distance(p.autocorrelation, q.autocorrelation),
+                             stsim2(p.stsim, q.stsim)};
+  for (const double d : marginal_distances(axes, p.crop, q.crop)) out.push_back(d);
+  return out;
 }
 
 }  // namespace
@@ -57,30 +79,31 @@ Result<TextureDistances> texture_distances(const Image& reference, const Image& 
   TextureDistances out;
   out.crop = kLeastTextureCrop;
   while (2 * out.crop <= std::min(fits, kMostTextureCrop)) out.crop *= 2;
-  const std::uint32_t x = reference.width - half_width, y = reference.height - half_height;
-  const std::array<Image, 2> halves = {middle(reference, 0, 0, half_width, half_height, out.crop),
-                                       middle(reference, x, y, half_width, half_height, out.crop)};
-  const Image other = middle(candidate, 0, 0, candidate.width, candidate.height, out.crop);
-  const Features a = features_of(halves[0]), b = features_of(halves[1]), c = features_of(other);
-
-  const auto measured = [&](const auto& distance) -> AgainstCeiling {
-    return {(distance(a, c) + distance(b, c)) / 2, distance(a, b)};
-  };
-  out.spectrum = measured(
-      [](const Features& p, const Features& q) { return spectrum_distance(p.spectrum, q.spectrum); });
-  out.autocorrelation = measured([](const Features& p, const Features& q) {
-    return autocorrelation_distance(p.autocorrelation, q.autocorrelation);
-  });
-  out.stsim2 = measured([](const Features& p, const Features& q) { return stsim2(p.stsim, q.stsim); });
-
-  const ColourAxes axes = colour_axes(halves);
-  const auto ac = marginal_distances(axes, halves[0], other), bc = marginal_distances(axes, halves[1], other),
-             ab = marginal_distances(axes, halves[0], halves[1]);
-  const auto count = static_cast<double>(ab.size());
-  for (std::size_t i = 0; i < ab.size(); ++i) {
-    out.marginal.push_back({(ac[i] + bc[i]) / 2, ab[i]});
-    out.marginals.value += out.marginal[i].value / count;
-    out.marginals.ceiling += out.marginal[i].ceiling / count;
+  const std::vector<Image> own_crops = crops_of(reference, out.crop);
+  const ColourAxes axes = colour_axes(own_crops);
+  const std::vector<Features> own = features_of(own_crops),
+                              others = features_of(crops_of(candidate, out.crop));
+  const auto count = static_cast<double>(axes.axes.size()), own_count = static_cast<double>(own.size()),
+             pairs = own_count * static_cast<double>(others.size());
+  std::vector<AgainstCeiling> mean(3 + axes.axes.size());
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    for (const Features& other : others) {
+      const std::vector<double> d = distances(axes, own[i], other);
+      for (std::size_t m = 0; m < mean.size(); ++m) mean[m].value += d[m] / pairs;
+    }
+    for (std::size_t j = 0; j < i; ++j) {
+      const std::vector<double> d = distances(axes, own[j], own[i]);
+      for (std::size_t m = 0; m < mean.size(); ++m)
+        mean[m].ceiling += d[m] / (own_count * (own_count - 1) / 2);
+    }
+  }
+  out.spectrum = mean[0];
+  out.autocorrelation = mean[1];
+  out.stsim2 = mean[2];
+  out.marginal.assign(mean.begin() + 3, mean.end());
+  for (const AgainstCeiling& m : out.marginal) {
+    out.marginals.value += m.value / count;
+    out.marginals.ceiling += m.ceiling / count;
   }
   return out;
 }

@@ -9,28 +9,35 @@
 namespace btfc {
 
 // A stochastic model is not asked to come nearer to its reference than another sample of the material does:
-// to quote is value over ceiling. A copy of the reference shares texels with both crops, and may do better.
+// to quote is their ratio. A copy of the reference shares texels with its crops, and does better: 3/4
+// of the ceiling where there are four, as four of the sixteen pairs are equal.
 struct AgainstCeiling {
-  double value = 0;    // the mean of candidate against crop A and candidate against crop B
-  double ceiling = 0;  // crop B against crop A of the reference
+  double value = 0;    // the mean over the candidate's crops against the reference's
+  double ceiling = 0;  // the mean over pairs of crops of the reference
+
+  // For distances: 1 as near as the material to itself, above 1 further. Not finite where the ceiling is 0.
+  double ratio() const { return value / ceiling; }
 };
 
 // Values are display-coded, as in ImageMetrics; all but the marginals are of luma.
 struct TextureDistances {
   std::uint32_t crop = 0;                // texels a side of all crops
   AgainstCeiling marginals;              // mean over axes of the next
-  std::vector<AgainstCeiling> marginal;  // marginal_distances along the axes of crops A and B together
+  std::vector<AgainstCeiling> marginal;  // marginal_distances along the axes of the reference's crops
   AgainstCeiling spectrum;               // spectrum_distance, blocks of spectrum_block
   AgainstCeiling autocorrelation;        // autocorrelation_distance
   AgainstCeiling stsim2;                 // a similarity: 1 is best
+  // Of 1 - stsim2, so that it says what the distances' ratios say.
+  double stsim2_ratio() const { return (1 - stsim2.value) / (1 - stsim2.ceiling); }
 };
 
 inline constexpr std::uint32_t kLeastTextureCrop = 16, kMostTextureCrop = 512;
 
 // Crops are squares of one size: the largest power of two, at most kMostTextureCrop, that fits into half of
-// the reference, cut across its longer side, and into the candidate. A lies in the middle of the reference's
-// left (or upper) half, B in that of the other one, the candidate's in its middle. Refused: crops below
-// kLeastTextureCrop, different numbers of channels. Seconds for the largest crops. Thread-safe.
+// the reference, cut across its longer side, and into the candidate. Each image is cut into two parts each
+// way where they hold a crop, else one; a crop lies in the middle of each part. So there are four or two
+// crops of the reference, and one to four of the candidate. Refused: crops below kLeastTextureCrop, different
+// numbers of channels. Seconds for the largest crops. Thread-safe.
 Result<TextureDistances> texture_distances(const Image& reference, const Image& candidate);
 
 }  // namespace btfc

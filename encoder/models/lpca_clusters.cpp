@@ -9,6 +9,7 @@
 #include <random>
 
 #include "encoder/linear/row_blocks.h"
+#include "encoder/linear/row_clusters.h"
 
 namespace btfc {
 namespace {
@@ -51,15 +52,10 @@ LocalPca local_pca(const Matrix& vectors, const std::vector<std::size_t>& member
   return pca;
 }
 
-// Squared error of each vector as each cluster shows it; the best is kept.
-struct Assignment {
-  std::vector<std::uint16_t> cluster;
-  std::vector<float> error;
-};
-
-Assignment assign(const Matrix& vectors, const std::vector<LocalPca>& pcas) {
+// The cluster that shows each vector best, and its squared error there.
+RowClusters assign(const Matrix& vectors, const std::vector<LocalPca>& pcas) {
   const auto count = static_cast<std::size_t>(vectors.rows());
-  Assignment best{std::vector<std::uint16_t>(count), std::vector<float>(count)};
+  RowClusters best{std::vector<std::uint16_t>(count), std::vector<float>(count)};
   constexpr std::size_t kRows = 256;
   tbb::parallel_for(std::size_t{0}, (count + kRows - 1) / kRows, [&](std::size_t block) {
     const std::size_t first = block * kRows, rows = std::min(kRows, count - first);
@@ -79,46 +75,17 @@ Assignment assign(const Matrix& vectors, const std::vector<LocalPca>& pcas) {
   return best;
 }
 
-// Gives each empty cluster the vector with the largest error of those whose cluster has others.
-void fill_empty(Assignment& a, std::uint32_t clusters) {
-  std::vector<std::size_t> sizes(clusters);
-  for (const std::uint16_t m : a.cluster) ++sizes[m];
-  for (std::uint32_t m = 0; m < clusters; ++m) {
-    if (sizes[m] > 0) continue;
-    std::size_t worst = a.cluster.size();
-    for (std::size_t i = 0; i < a.cluster.size(); ++i) {
-      if (sizes[a.cluster[i]] > 1 && (worst == a.cluster.size() || a.error[i] > a.error[worst])) worst = i;
-    }
-    --sizes[a.cluster[worst]];
-    a.cluster[worst] = static_cast<std::uint16_t>(m);
-    a.error[worst] = 0;
-    sizes[m] = 1;
-  }
-}
-
-// k-means++: each next centre is a vector drawn by its squared distance to those before.
+// A cluster each around single vectors.
 std::vector<LocalPca> first_centres(const Matrix& vectors, std::uint32_t clusters, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
-  const auto count = static_cast<std::size_t>(vectors.rows());
-  std::vector<double> distance(count, std::numeric_limits<double>::infinity());
   std::vector<LocalPca> centres;
-  auto next = static_cast<std::size_t>(uniform() * static_cast<double>(count));
-  for (std::uint32_t m = 0; m < clusters; ++m) {
-    centres.push_back({vectors.row(as_index(next)), Matrix::Zero(vectors.cols(), 1)});
-    double total = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const double d = static_cast<double>((vectors.row(as_index(i)) - centres.back().mean).squaredNorm());
-      distance[i] = std::min(distance[i], d);
-      total += distance[i];
-    }
-    double left = uniform() * total;
-    for (next = 0; next + 1 < count && left >= distance[next]; ++next) left -= distance[next];
-  }
+  for (const std::size_t i : spread_rows(vectors, clusters, uniform))
+    centres.push_back({vectors.row(as_index(i)), Matrix::Zero(vectors.cols(), 1)});
   return centres;
 }
 
-std::vector<LocalPca> fit_all(const Matrix& vectors, const Assignment& a, std::uint32_t clusters,
+std::vector<LocalPca> fit_all(const Matrix& vectors, const RowClusters& a, std::uint32_t clusters,
                               std::uint32_t rank) {
   const Members members = members_of(a.cluster, clusters);
   std::vector<LocalPca> pcas(clusters);
@@ -128,7 +95,7 @@ std::vector<LocalPca> fit_all(const Matrix& vectors, const Assignment& a, std::u
 }
 
 LpcaClusters clusters_from(const Matrix& vectors, const LpcaClusterOptions& options, std::uint64_t seed) {
-  Assignment a = assign(vectors, first_centres(vectors, options.clusters, seed));
+  RowClusters a = assign(vectors, first_centres(vectors, options.clusters, seed));
   fill_empty(a, options.clusters);
   // Local PCAs of full rank show their own members too well to let any go: the rank grows step by step.
   constexpr int kSteps = 6;

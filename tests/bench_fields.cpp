@@ -285,11 +285,11 @@ int main(int argc, char** argv) {
   }
   const Result<TexturePtr> texture = load_texture(argv[1], nullptr);
   if (!texture) return 1;
-  single_texels(*loaded, texture->get(), quick ? 1024 : 4096, 10000, quick ? 20 : 100);
-  seams(*loaded, quick ? 100 : 1000);
+  if (argc < 4) single_texels(*loaded, texture->get(), quick ? 1024 : 4096, 10000, quick ? 20 : 100);
+  if (argc < 4) seams(*loaded, quick ? 100 : 1000);
   if (loaded->p.kind != FIELD_GMRF) {
-    margins(*loaded);
-    precision(*loaded);
+    if (argc < 4) margins(*loaded);
+    if (argc < 4) precision(*loaded);
     all_subspaces(*loaded, 512);
   }
   random_texels(texture->get(), quick ? 1000000 : 10000000, false);

@@ -62,23 +62,24 @@ void field_synthesise_plain(const FieldBand& band, std::uint32_t subspace, const
                     FIELD_NOISE_UNIT);
       };
       for (std::size_t f = 0; f < d; ++f) {
-        Real sum = 0;
+        Real parts[4] = {0, 0, 0, 0};
+        std::size_t term = 0;
         const auto& offsets = band.neighbours(static_cast<std::uint32_t>(f));
         if (band.coupled()) {
           const float* factor = record + f * (f + 1) / 2;
-          for (std::size_t g = 0; g <= f; ++g) sum += Real(factor[g]) * noise(g);
+          for (std::size_t g = 0; g <= f; ++g) parts[0] += Real(factor[g]) * noise(g);
           const float* a = record + d * (d + 1) / 2;
           for (std::size_t s = 0; s < offsets.size(); ++s) {
             for (std::size_t g = 0; g < d; ++g)
-              sum += Real(a[(s * d + f) * d + g]) * value(g, x + offsets[s].dx, y + offsets[s].dy);
+              parts[term++ % 4] += Real(a[(s * d + f) * d + g]) * value(g, x + offsets[s].dx, y + offsets[s].dy);
           }
         } else {
           const float* numbers = record + band.begins[f];
-          sum = Real(numbers[0]) * noise(f);
+          parts[0] = Real(numbers[0]) * noise(f);
           for (std::size_t s = 0; s < offsets.size(); ++s)
-            sum += Real(numbers[1 + s]) * value(f, x + offsets[s].dx, y + offsets[s].dy);
+            parts[term++ % 4] += Real(numbers[1 + s]) * value(f, x + offsets[s].dx, y + offsets[s].dy);
         }
-        values[f * plane + static_cast<std::size_t>(y * width + x)] = sum;
+        values[f * plane + static_cast<std::size_t>(y * width + x)] = (parts[0] + parts[1]) + (parts[2] + parts[3]);
       }
     }
   }

@@ -62,11 +62,20 @@ void field_expand_add(const float* coarse, const FieldWindow& cw, const FieldWin
     const float* middle = coarse + static_cast<std::size_t>(half(at) - cw.y) * cw.width + first;
     weigh_rows(middle - cw.width, middle, middle + cw.width, (at & 1) != 0, columns, row.data());
     float* to = fine + std::size_t{y} * fw.width;
-    for (std::uint32_t x = 0; x < fw.width; ++x) {
-      const std::int64_t place = fw.x + x;
-      const float* c = row.data() + (half(place) - half(fw.x) + 1);
-      to[x] += (place & 1) != 0 ? 0.5f * c[0] + 0.5f * c[1] : 0.125f * c[-1] + 0.75f * c[0] + 0.125f * c[1];
+    const float* c = row.data() + 1;
+    std::uint32_t x = 0;
+    if ((fw.x & 1) != 0) {
+      to[x++] += 0.5f * c[0] + 0.5f * c[1];
+      ++c;
     }
+    // In pairs, an even and an odd texel.
+    const std::uint32_t pairs = (fw.width - x) / 2;
+    float* even = to + x;
+    for (std::uint32_t i = 0; i < pairs; ++i) {
+      even[2 * i] += 0.125f * c[static_cast<std::ptrdiff_t>(i) - 1] + 0.75f * c[i] + 0.125f * c[i + 1];
+      even[2 * i + 1] += 0.5f * c[i] + 0.5f * c[i + 1];
+    }
+    if ((fw.width - x) % 2 == 1) even[2 * pairs] += 0.125f * c[static_cast<std::ptrdiff_t>(pairs) - 1] + 0.75f * c[pairs] + 0.125f * c[pairs + 1];
   }
 }
 

@@ -36,17 +36,22 @@ struct Skewed {
   }
 };
 
-// One row of noise.
-HWY_INLINE void noise_row(const std::uint32_t* xs, std::size_t count, std::uint32_t y, std::uint32_t stream,
-                          float* out) {
+using Signed = hn::Rebind<std::int32_t, Lanes>;
+using Unsigned = hn::Rebind<std::uint32_t, Lanes>;
+
+// The noise of a group of rows, by times. places: the columns' places, with kSkew lanes more before and behind.
+HWY_INLINE void noise_group(const Skewed& s, const std::uint32_t* places, hn::Vec<Unsigned> ys, std::uint32_t stream,
+                            float* out) {
   const Lanes d;
-  const hn::Rebind<std::uint32_t, Lanes> du;
-  const hn::Rebind<std::int32_t, Lanes> di;
+  const Unsigned du;
+  const Signed di;
   const auto mul = hn::Set(du, 1664525u), add = hn::Set(du, 1013904223u);
-  const auto y0 = hn::Set(du, y * 1664525u + 1013904223u), z0 = hn::Set(du, stream * 1664525u + 1013904223u);
-  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-    auto a = hn::Add(hn::Mul(hn::LoadU(du, xs + i), mul), add);
-    a = hn::Add(a, hn::Mul(y0, z0));
+  const auto y0 = hn::Add(hn::Mul(ys, mul), add), z0 = hn::Set(du, stream * 1664525u + 1013904223u);
+  const auto first = hn::Add(hn::Mul(y0, z0), add);
+  const auto behind = hn::Mul(hn::Iota(di, 0), hn::Set(di, -static_cast<std::int32_t>(kSkew)));
+  for (std::ptrdiff_t t = 0; t < s.times(); ++t) {
+    const auto x = hn::GatherIndex(du, places + t, behind);
+    auto a = hn::Add(hn::Mul(x, mul), first);
     auto b = hn::Add(y0, hn::Mul(z0, a));
     auto c = hn::Add(z0, hn::Mul(a, b));
     a = hn::Xor(a, hn::ShiftRight<16>(a));
@@ -57,40 +62,170 @@ HWY_INLINE void noise_row(const std::uint32_t* xs, std::size_t count, std::uint3
     const auto bits = hn::ShiftLeft<16>(hn::PopulationCount(a));
     const auto triangle = hn::Add(hn::ShiftRight<16>(b), hn::And(b, hn::Set(du, 0xffffu)));
     const auto e = hn::Sub(hn::BitCast(di, hn::Add(bits, triangle)), hn::Set(di, 1114111));
-    hn::StoreU(hn::Mul(hn::ConvertTo(d, e), hn::Set(d, FIELD_NOISE_UNIT)), d, out + i);
+    hn::StoreU(hn::Mul(hn::ConvertTo(d, e), hn::Set(d, FIELD_NOISE_UNIT)), d, out + t * s.lanes);
   }
 }
 
-// What one output adds up: noises with their factors, then neighbours with their coefficients.
-struct Sum {
-  std::vector<std::pair<const float*, float>> noises;            // by time, lanes together
-  std::vector<std::pair<const float*, float>> terms;  // where time 0 of the neighbour lies
-  float* out;
+// Outputs that have the same neighbours: term n of output o is coefficient[n * outputs + o] times the value
+// step[n] floats away from where the output goes. Noises come first, from rows of their own.
+struct Sums {
+  std::vector<const float*> noises;
+  std::vector<std::ptrdiff_t> steps;
+  std::vector<float> factors, coefficients;
+  std::vector<float*> outs;  // of time 0
 };
 
-HWY_INLINE void run_times(const Skewed& s, const std::vector<Sum>& sums, std::ptrdiff_t begin, std::ptrdiff_t end,
-                          bool masked) {
+// kOutputs of them from `first` on. Terms go round four partial sums (spec/models/car.md section 5.2).
+template <std::size_t kOutputs, bool kMasked>
+HWY_INLINE void run_sums(const Skewed& s, const Sums& sums, std::size_t first, std::ptrdiff_t begin, std::ptrdiff_t end) {
   const Lanes d;
+  const Signed di;
   const std::ptrdiff_t stride = s.stride();
-  const hn::Rebind<std::int32_t, Lanes> di;
   const auto behind = hn::Mul(hn::Iota(di, 0), hn::Set(di, static_cast<std::int32_t>(kSkew)));
   const auto columns = hn::Set(di, static_cast<std::int32_t>(s.columns));
+  const std::size_t outputs = sums.outs.size(), noises = sums.noises.size(), terms = sums.steps.size();
+  const float *factors = sums.factors.data() + first, *coefficients = sums.coefficients.data() + first;
+  float* out[kOutputs];
+  for (std::size_t o = 0; o < kOutputs; ++o) out[o] = sums.outs[first + o] + begin * stride;
   for (std::ptrdiff_t t = begin; t < end; ++t) {
-    for (const Sum& sum : sums) {
-      auto v = hn::Zero(d);
-      bool first = true;
-      for (const auto& [noise, factor] : sum.noises) {
-        const auto e = hn::Mul(hn::Set(d, factor), hn::LoadU(d, noise + t * s.lanes));
-        v = first ? e : hn::Add(v, e);
-        first = false;
+    hn::Vec<Lanes> a[kOutputs], b[kOutputs], c[kOutputs], e[kOutputs];
+    for (std::size_t o = 0; o < kOutputs; ++o) {
+      a[o] = hn::Mul(hn::Set(d, factors[o]), hn::LoadU(d, sums.noises[0] + t * s.lanes));
+      b[o] = c[o] = e[o] = hn::Zero(d);
+    }
+    for (std::size_t n = 1; n < noises; ++n) {
+      const auto noise = hn::LoadU(d, sums.noises[n] + t * s.lanes);
+      for (std::size_t o = 0; o < kOutputs; ++o) a[o] = hn::Add(a[o], hn::Mul(hn::Set(d, factors[n * outputs + o]), noise));
+    }
+    std::size_t n = 0;
+    for (; n + 4 <= terms; n += 4) {
+      const float* k = coefficients + n * outputs;
+      const std::ptrdiff_t* step = &sums.steps[n];
+      for (std::size_t o = 0; o < kOutputs; ++o) {
+        a[o] = hn::Add(a[o], hn::Mul(hn::Set(d, k[o]), hn::LoadU(d, out[o] + step[0])));
+        b[o] = hn::Add(b[o], hn::Mul(hn::Set(d, k[outputs + o]), hn::LoadU(d, out[o] + step[1])));
+        c[o] = hn::Add(c[o], hn::Mul(hn::Set(d, k[2 * outputs + o]), hn::LoadU(d, out[o] + step[2])));
+        e[o] = hn::Add(e[o], hn::Mul(hn::Set(d, k[3 * outputs + o]), hn::LoadU(d, out[o] + step[3])));
       }
-      for (const auto& [from, a] : sum.terms) v = hn::Add(v, hn::Mul(hn::Set(d, a), hn::LoadU(d, from + t * stride)));
-      if (masked) {
+    }
+    for (std::size_t o = 0; o < kOutputs; ++o) {
+      const float* k = coefficients + n * outputs + o;
+      if (n < terms) a[o] = hn::Add(a[o], hn::Mul(hn::Set(d, k[0]), hn::LoadU(d, out[o] + sums.steps[n])));
+      if (n + 1 < terms) b[o] = hn::Add(b[o], hn::Mul(hn::Set(d, k[outputs]), hn::LoadU(d, out[o] + sums.steps[n + 1])));
+      if (n + 2 < terms) c[o] = hn::Add(c[o], hn::Mul(hn::Set(d, k[2 * outputs]), hn::LoadU(d, out[o] + sums.steps[n + 2])));
+      auto v = hn::Add(hn::Add(a[o], b[o]), hn::Add(c[o], e[o]));
+      if constexpr (kMasked) {
         const auto i = hn::Sub(hn::Set(di, static_cast<std::int32_t>(t)), behind);
         const auto inside = hn::And(hn::Gt(i, hn::Set(di, -1)), hn::Lt(i, columns));
         v = hn::IfThenElseZero(hn::RebindMask(d, inside), v);
       }
-      hn::StoreU(v, d, sum.out + t * stride);
+      hn::StoreU(v, d, out[o]);
+      out[o] += stride;
+    }
+  }
+}
+
+// As many outputs at once as registers allow.
+template <bool kMasked>
+HWY_INLINE void run_all(const Skewed& s, const Sums& sums, std::ptrdiff_t begin, std::ptrdiff_t end) {
+  std::size_t first = 0;
+  for (; first + 4 <= sums.outs.size(); first += 4) run_sums<4, kMasked>(s, sums, first, begin, end);
+  for (; first + 2 <= sums.outs.size(); first += 2) run_sums<2, kMasked>(s, sums, first, begin, end);
+  if (first < sums.outs.size()) run_sums<1, kMasked>(s, sums, first, begin, end);
+}
+
+// Outputs that depend on one another go through each time together.
+HWY_INLINE void run_coupled(const Skewed& s, const std::vector<Sums>& outputs, std::ptrdiff_t begin, std::ptrdiff_t end,
+                            bool masked) {
+  for (std::ptrdiff_t t = begin; t < end; ++t) {
+    for (const Sums& sums : outputs) {
+      if (masked) {
+        run_sums<1, true>(s, sums, 0, t, t + 1);
+      } else {
+        run_sums<1, false>(s, sums, 0, t, t + 1);
+      }
+    }
+  }
+}
+
+// All buffers of a call: subspace by subspace, factor by factor.
+struct Buffers {
+  Skewed s;
+  std::size_t factors;
+  std::vector<float> values;
+  float* at(std::size_t k, std::size_t f) { return values.data() + (k * factors + f) * s.floats(); }
+};
+
+std::vector<Sums> scalar_sums(const FieldBand& band, std::span<const std::uint32_t> subspaces, Buffers& buffers,
+                              const std::vector<const float*>& noises) {
+  std::vector<Sums> all;
+  for (std::size_t f = 0; f < band.factors; ++f) {
+    Sums sums;
+    const auto& offsets = band.neighbours(static_cast<std::uint32_t>(f));
+    sums.noises = {noises[f]};
+    const Skewed& s = buffers.s;
+    for (const FieldOffset o : offsets) sums.steps.push_back(s.at(o.dx + kSkew * o.dy, o.dy) - s.at(0, 0));
+    sums.coefficients.resize(offsets.size() * subspaces.size());
+    for (std::size_t k = 0; k < subspaces.size(); ++k) {
+      const float* numbers = band.numbers + std::size_t{subspaces[k]} * band.record + band.begins[f];
+      sums.factors.push_back(numbers[0]);
+      for (std::size_t n = 0; n < offsets.size(); ++n) sums.coefficients[n * subspaces.size() + k] = numbers[1 + n];
+      sums.outs.push_back(buffers.at(k, f) + s.at(0, 0));
+    }
+    all.push_back(std::move(sums));
+  }
+  return all;
+}
+
+std::vector<Sums> coupled_sums(const FieldBand& band, std::uint32_t subspace, std::size_t k, Buffers& buffers,
+                               const std::vector<const float*>& noises) {
+  const std::size_t d = band.factors;
+  const float* record = band.numbers + std::size_t{subspace} * band.record;
+  const auto& offsets = band.neighbours(0);
+  const Skewed& s = buffers.s;
+  std::vector<Sums> all;
+  for (std::size_t f = 0; f < d; ++f) {
+    Sums sums;
+    for (std::size_t g = 0; g <= f; ++g) {
+      sums.noises.push_back(noises[g]);
+      sums.factors.push_back(record[f * (f + 1) / 2 + g]);
+    }
+    const float* a = record + d * (d + 1) / 2;
+    for (std::size_t n = 0; n < offsets.size(); ++n) {
+      for (std::size_t g = 0; g < d; ++g) {
+        const FieldOffset o = offsets[n];
+        sums.steps.push_back(buffers.at(k, g) - buffers.at(k, f) + s.at(o.dx + kSkew * o.dy, o.dy) - s.at(0, 0));
+        sums.coefficients.push_back(a[(n * d + f) * d + g]);
+      }
+    }
+    sums.outs = {buffers.at(k, f) + s.at(0, 0)};
+    all.push_back(std::move(sums));
+  }
+  return all;
+}
+
+// Rows of a group that are wanted -> an image, in blocks of columns that stay near.
+HWY_INLINE void copy_out(const Skewed& s, const float* buffer, std::ptrdiff_t margin, std::ptrdiff_t first_row,
+                         std::ptrdiff_t end_row, const FieldWindow& window, float* out) {
+  constexpr std::ptrdiff_t kBlock = 16;
+  const auto width = static_cast<std::ptrdiff_t>(window.width);
+  const std::ptrdiff_t stride = s.stride(), whole = width / kBlock * kBlock;
+  for (std::ptrdiff_t x0 = 0; x0 < width; x0 += kBlock) {
+    for (std::ptrdiff_t r = first_row; r < end_row; ++r) {
+      float* to = out + (r - first_row) * width + x0;
+      const float* from = buffer + s.at(margin + kSkew * r + x0, r);
+      if (x0 < whole) {
+        for (std::ptrdiff_t x = 0; x < kBlock; x += 4) {
+          const float v0 = from[x * stride], v1 = from[(x + 1) * stride], v2 = from[(x + 2) * stride],
+                      v3 = from[(x + 3) * stride];
+          to[x] = v0;
+          to[x + 1] = v1;
+          to[x + 2] = v2;
+          to[x + 3] = v3;
+        }
+      } else {
+        for (std::ptrdiff_t x = 0; x < width - whole; ++x) to[x] = from[x * stride];
+      }
     }
   }
 }
@@ -103,72 +238,55 @@ void synthesise_target(const FieldBand& band, std::span<const std::uint32_t> sub
   const Skewed s{lanes, static_cast<std::ptrdiff_t>(window.width) + 2 * margin};
   const std::ptrdiff_t rows = static_cast<std::ptrdiff_t>(window.height) + margin;
   const std::size_t d = band.factors, count = subspaces.size();
-  auto xs = field_places(window.x - margin, static_cast<std::size_t>(s.columns), band.level, band.period);
-  xs.resize(xs.size() + static_cast<std::size_t>(lanes));
-  const auto ys = field_places(window.y - margin, static_cast<std::size_t>(rows), band.level, band.period);
+  // Lanes behind and before the columns read places too, whose values are masked.
+  const std::ptrdiff_t ramp = kSkew * (lanes - 1);
+  const auto xs = field_places(window.x - margin - ramp, static_cast<std::size_t>(s.columns + 2 * ramp), band.level,
+                               band.period);
+  auto ys = field_places(window.y - margin, static_cast<std::size_t>(rows), band.level, band.period);
+  ys.resize(ys.size() + static_cast<std::size_t>(lanes));
 
-  std::vector<float> values(count * d * s.floats());
+  Buffers buffers{s, d, std::vector<float>(count * d * s.floats())};
   const std::size_t noise_floats = static_cast<std::size_t>(s.times() * lanes);
-  std::vector<float> noise(d * noise_floats), row(xs.size());
-  // The sums of each subspace: a list of one output, or of all outputs that depend on one another.
-  std::vector<std::vector<Sum>> lists;
-  for (std::size_t k = 0; k < count; ++k) {
-    const float* record = band.numbers + std::size_t{subspaces[k]} * band.record;
-    if (band.coupled()) lists.emplace_back();
-    for (std::size_t f = 0; f < d; ++f) {
-      if (!band.coupled()) lists.emplace_back();
-      Sum sum;
-      const auto buffer = [&](std::size_t g) { return values.data() + (k * d + g) * s.floats(); };
-      sum.out = buffer(f) + s.at(0, 0);
-      const auto& offsets = band.neighbours(static_cast<std::uint32_t>(f));
-      const auto from = [&](std::size_t g, FieldOffset o) {
-        return buffer(g) + s.at(o.dx + kSkew * o.dy, o.dy);
-      };
-      if (band.coupled()) {
-        for (std::size_t g = 0; g <= f; ++g)
-          sum.noises.emplace_back(noise.data() + g * noise_floats, record[f * (f + 1) / 2 + g]);
-        const float* a = record + d * (d + 1) / 2;
-        for (std::size_t n = 0; n < offsets.size(); ++n) {
-          for (std::size_t g = 0; g < d; ++g) sum.terms.emplace_back(from(g, offsets[n]), a[(n * d + f) * d + g]);
-        }
-      } else {
-        const float* numbers = record + band.begins[f];
-        sum.noises.emplace_back(noise.data() + f * noise_floats, numbers[0]);
-        for (std::size_t n = 0; n < offsets.size(); ++n) sum.terms.emplace_back(from(f, offsets[n]), numbers[1 + n]);
-      }
-      lists.back().push_back(std::move(sum));
-    }
-  }
+  std::vector<float> noise(d * noise_floats);
+  std::vector<const float*> noises;
+  for (std::size_t f = 0; f < d; ++f) noises.push_back(noise.data() + f * noise_floats);
+  const std::vector<Sums> scalar =
+      band.coupled() ? std::vector<Sums>() : scalar_sums(band, subspaces, buffers, noises);
+  std::vector<std::vector<Sums>> coupled;
+  for (std::size_t k = 0; k < count && band.coupled(); ++k)
+    coupled.push_back(coupled_sums(band, subspaces[k], k, buffers, noises));
 
+  // Times at which all lanes lie within the columns: [ramp, steady), where there are any.
+  const std::ptrdiff_t rising = std::min(ramp, s.times()), steady = std::max(rising, s.columns);
   for (std::ptrdiff_t first = 0; first < rows; first += lanes) {
     for (std::size_t f = 0; f < d; ++f) {
-      const std::uint32_t stream = field_stream(band.seed, band.level, static_cast<std::uint32_t>(f));
-      for (std::ptrdiff_t r = 0; r < lanes && first + r < rows; ++r) {
-        noise_row(xs.data(), static_cast<std::size_t>(s.columns), ys[static_cast<std::size_t>(first + r)], stream,
-                  row.data());
-        float* to = noise.data() + f * noise_floats + r + kSkew * r * lanes;
-        for (std::ptrdiff_t i = 0; i < s.columns; ++i) to[i * lanes] = row[static_cast<std::size_t>(i)];
-      }
+      noise_group(s, xs.data() + ramp, hn::LoadU(Unsigned(), ys.data() + first),
+                  field_stream(band.seed, band.level, static_cast<std::uint32_t>(f)), noise.data() + f * noise_floats);
     }
-    const std::ptrdiff_t ramp = std::min(kSkew * (lanes - 1), s.times());
-    const std::ptrdiff_t steady = std::max(ramp, s.columns);
-    for (const std::vector<Sum>& sums : lists) {
-      run_times(s, sums, 0, ramp, true);
-      run_times(s, sums, ramp, steady, ramp > s.columns);
-      run_times(s, sums, steady, s.times(), true);
+    for (const Sums& sums : scalar) {
+      run_all<true>(s, sums, 0, rising);
+      run_all<false>(s, sums, rising, steady);
+      run_all<true>(s, sums, steady, s.times());
     }
+    for (const std::vector<Sums>& sums : coupled) {
+      run_coupled(s, sums, 0, rising, true);
+      run_coupled(s, sums, rising, steady, false);
+      run_coupled(s, sums, steady, s.times(), true);
+    }
+    const std::ptrdiff_t from_row = std::clamp<std::ptrdiff_t>(margin - first, 0, lanes);
+    const std::ptrdiff_t end_row = std::min(lanes, rows - first);
     for (std::size_t b = 0; b < count * d; ++b) {
-      float* buffer = values.data() + b * s.floats();
-      for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(0, margin - first); r < lanes && first + r < rows; ++r) {
-        float* to = out + b * window.texels() + static_cast<std::size_t>(first + r - margin) * window.width;
-        const float* from = buffer + s.at(margin + kSkew * r, r);
-        for (std::uint32_t x = 0; x < window.width; ++x) to[x] = from[static_cast<std::ptrdiff_t>(x) * s.stride()];
+      float* buffer = buffers.values.data() + b * s.floats();
+      if (from_row < end_row) {
+        copy_out(s, buffer, margin, from_row, end_row, window,
+                 out + b * window.texels() + static_cast<std::size_t>(first + from_row - margin) * window.width);
       }
       // The group's last rows become those before the next one. Rows farther up first: with few lanes they
       // move within the same places.
       for (std::ptrdiff_t time = -kSkew * kRowsAbove; time < s.columns; ++time) {
-        for (std::ptrdiff_t k = kRowsAbove; k >= 1; --k)
-          buffer[s.at(time, -k)] = buffer[s.at(time + kSkew * lanes, lanes - k)];
+        float* to = buffer + s.at(time, -kRowsAbove);
+        const float* from = buffer + s.at(time + kSkew * lanes, lanes - kRowsAbove);
+        for (std::ptrdiff_t k = 0; k < kRowsAbove; ++k) to[k] = from[k];
       }
     }
   }

@@ -112,6 +112,29 @@ TEST(PhotometricStereo, AttachedShadowsAreLeftOut) {
   EXPECT_GT(mean_angle(photometric_stereo(lights, values, normals.size(), kPlain), normals), 3);
 }
 
+// More than half of the lights lie behind a steep texel, and a little light is bounced to it from all sides.
+TEST(PhotometricStereo, MostLightsBehindTheTexel) {
+  const Vector3 normal = unit_vector(direction_from_degrees(65, 0));
+  auto lights = vectors_of(circle(70, 24));
+  for (int phi = 125; phi <= 235; phi += 10) lights.push_back(unit_vector(direction_from_degrees(60, phi)));
+  for (const double theta : {20.0, 45.0}) {
+    for (const Vector3& l : vectors_of({direction_from_degrees(theta, 0), direction_from_degrees(theta, 35),
+                                        direction_from_degrees(theta, -35)})) {
+      lights.push_back(l);
+    }
+  }
+  std::vector<float> values;
+  int dark = 0;
+  for (const Vector3& l : lights) {
+    const double facing = dot(normal, l);
+    dark += facing <= 0;
+    // A highlight on one, so that the spread matters.
+    values.push_back(static_cast<float>(0.5 * std::max(facing, 0.0) + 0.01 + (facing > 0.9 ? 0.3 : 0)));
+  }
+  EXPECT_GT(2 * dark, static_cast<int>(lights.size()));
+  EXPECT_LT(angle_to(photometric_stereo(lights, values, 1, kRobust)[0], normal), 1.5);
+}
+
 TEST(PhotometricStereo, FewLightsOfWhichOneIsShadowed) {
   const auto lights = vectors_of(circle(50, 5));
   const Vector3 normal = unit_vector(direction_from_degrees(55, 10));

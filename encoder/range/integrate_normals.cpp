@@ -53,18 +53,14 @@ class Plane {
   std::vector<Wave> in_, out_;
 };
 
-// Of wave k of n, radians a texel. The derivative's is 0 where the wave and its negative are the same.
-struct Frequency {
-  double w, derivative;
-};
-std::vector<Frequency> frequencies(std::size_t n) {
-  std::vector<Frequency> out(n);
+// Of wave k of n, radians a texel, the shortest one positive.
+std::vector<double> frequencies(std::size_t n) {
+  std::vector<double> w(n);
   for (std::size_t k = 0; k < n; ++k) {
     const double waves = 2 * k <= n ? static_cast<double>(k) : -static_cast<double>(n - k);
-    const double w = 2 * std::numbers::pi * waves / static_cast<double>(n);
-    out[k] = {w, 2 * k == n ? 0 : w};
+    w[k] = 2 * std::numbers::pi * waves / static_cast<double>(n);
   }
-  return out;
+  return w;
 }
 
 struct Slopes {
@@ -104,18 +100,18 @@ std::vector<float> integrate_normals(std::span<const TexelSurface> surface, std:
   Plane plane(width, height);
   plane.transform(s.p, Sense::forward);
   plane.transform(s.q, Sense::forward);
-  const std::vector<Frequency> u = frequencies(width), v = frequencies(height);
+  const std::vector<double> u = frequencies(width), v = frequencies(height);
   std::vector<Wave>& h = s.p;
   for (std::size_t y = 0; y < height; ++y) {
     for (std::size_t x = 0; x < width; ++x) {
       const std::size_t i = y * width + x;
-      const double square = u[x].w * u[x].w + v[y].w * v[y].w;
-      // -i z = (imaginary, -real)
-      const Wave sum = u[x].derivative * s.p[i] + v[y].derivative * s.q[i];
+      const double square = u[x] * u[x] + v[y] * v[y];
+      const Wave sum = u[x] * s.p[i] + v[y] * s.q[i];  // -i sum = (imaginary, -real)
       h[i] = square > 0 ? Wave(sum.imag() / square, -sum.real() / square) : Wave();
     }
   }
   plane.transform(h, Sense::inverse);
+  // What the shortest waves' own derivative makes of them is imaginary, and dropped here.
   std::vector<float> out(h.size());
   for (std::size_t i = 0; i < h.size(); ++i) out[i] = static_cast<float>(h[i].real());
   return out;

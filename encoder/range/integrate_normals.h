@@ -22,8 +22,9 @@ inline constexpr double kMostSlope = 4;
 // The derivative is that of the band-limited surface, i w: a texel's normal is about the mean over the
 // texel's square, and the mean slope belongs to the mean height by just that factor, whereas differences of
 // neighbours would double the fine waves (central) or shift by half a texel (forward). Waves of two texels
-// have slope 0 at all texels in their own direction, which says nothing of their height: those terms of the
-// numerator are 0, the denominator keeps them, so that noise is not raised. Any size; deterministic.
+// have slope 0 at all texels in their own direction, which says nothing of their height: what that slope
+// gives is imaginary and dropped, but the denominator counts it, so that noise is not raised. Any size;
+// deterministic.
 std::vector<float> integrate_normals(std::span<const TexelSurface> surface, std::uint32_t width,
                                      std::uint32_t height);
 

@@ -19,11 +19,12 @@ constexpr double kLeastNz = 1e-4;
 constexpr std::size_t kLeastVoters = 6;  // lights: half of them outnumber three that are fitted exactly
 constexpr double kDark = 0.1;            // of the brightest: shadowed, where too few lights can vote
 
-// Shares of the darkest and brightest lights that a trimmed fit leaves out.
+// Shares of the darkest and brightest lights that a trimmed fit leaves out; steep texels in the shadow of
+// walls see a quarter of the lights.
 struct Trim {
   double dark, bright;
 };
-constexpr Trim kTrims[] = {{0.3, 0.2}, {0.5, 0}, {0.5, 0.2}, {0.1, 0.4}, {0.1, 0.1}, {0, 0}};
+constexpr Trim kTrims[] = {{0.3, 0.2}, {0.5, 0}, {0.5, 0.2}, {0.7, 0.05}, {0.1, 0.4}, {0.1, 0.1}, {0, 0}};
 
 constexpr int kStartRounds = 2, kRounds = 6;
 constexpr double kSpreadOfMedian = 0.6745;  // median |r| of normal noise, in standard deviations

@@ -33,7 +33,7 @@ struct StereoOptions {
 };
 
 // lights: unit vectors away from the surface. intensities[light * texels + texel]: linear, finite, 0 and
-// more. Result: one an texel.
+// more. Result: one a texel.
 //
 // least_squares: the b = albedo * n with the least sum of (b.l - I)^2.
 //

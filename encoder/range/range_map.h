@@ -34,6 +34,10 @@ struct RangeOptions {
 // R, G, B are Rec. 709's; channels with other names weigh alike, and one named A is passed over. For
 // Quantity::reflectance the light's cosine is multiplied in.
 //
+// Materials that throw light back to where it comes from (rough, fuzzy ones) and light bounced within the
+// relief fit Lambert's law with flatter slopes: their heights keep the shape, at 0.55 to 0.9 of the true size
+// on the synthetic materials.
+//
 // The map is flat, with a note, where the nearest view is more than kMostViewDegrees off the normal, where
 // the values are no quantity of light, and where no texel's normal is known. Refused: a size of 0 or above
 // the tile's. Uses the threads of the calling oneTBB arena; the result does not depend on them.

@@ -173,7 +173,6 @@ struct Blend {
   std::vector<std::uint32_t> subspaces;
   std::vector<float> weights;
   vec4 mean;
-  bool operator==(const Blend&) const = delete;
 };
 
 Blend blend_of(const BtfcWords& words, const FieldParams& p, const vec3& view, const vec3& light) {
@@ -234,31 +233,34 @@ std::shared_ptr<void> field_make_cache(const LoadedItem& item) { return std::mak
 void field_cached_queries(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries,
                           void* cache, float* out) {
   Values v{item, params_of<FieldParams>(item, map), words_of(item), *static_cast<FieldCache*>(cache)};
+  // Tile by tile, so that each is made once however small the cache is.
   struct Wanted {
-    FieldAt at;
+    std::uint64_t tile;
     std::size_t number;
-    auto order() const { return std::tuple(at.level, at.smoothest, at.y / kTile, at.x / kTile, number); }
+    bool operator<(const Wanted& other) const { return std::pair(tile, number) < std::pair(other.tile, other.number); }
   };
   std::vector<Wanted> wanted(queries.size());
-  for (std::size_t q = 0; q < queries.size(); ++q) wanted[q] = {place_of(v.words, v.p, queries[q]), q};
-  std::sort(wanted.begin(), wanted.end(), [](const Wanted& a, const Wanted& b) { return a.order() < b.order(); });
+  for (std::size_t q = 0; q < queries.size(); ++q) {
+    const FieldAt at = place_of(v.words, v.p, queries[q]);
+    wanted[q] = {std::uint64_t{at.level} << 60 | std::uint64_t{at.smoothest} << 56 |
+                     std::uint64_t{at.y / kTile} << 28 | at.x / kTile,
+                 q};
+  }
+  std::sort(wanted.begin(), wanted.end());
   Blend blend;
   const BtfcQuery* last = nullptr;
   std::vector<const float*> tiles(4);
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const auto& [at, number] = wanted[i];
-    const BtfcQuery& query = queries[number];
+    const BtfcQuery& query = queries[wanted[i].number];
+    const FieldAt at = place_of(v.words, v.p, query);
     const bool same_directions = last != nullptr && last->view == query.view && last->light == query.light;
     if (!same_directions) blend = blend_of(v.words, v.p, query.view, query.light);
-    const bool same_tile = i > 0 && std::tuple_cat(wanted[i - 1].order(), std::tuple()) != wanted[i].order() &&
-                           wanted[i - 1].at.level == at.level && wanted[i - 1].at.smoothest == at.smoothest &&
-                           wanted[i - 1].at.x / kTile == at.x / kTile && wanted[i - 1].at.y / kTile == at.y / kTile;
-    if (!same_directions || !same_tile) {
+    if (!same_directions || i == 0 || wanted[i - 1].tile != wanted[i].tile) {
       v.cache.tiles(v.p, Content::deviations, blend.subspaces, at.level, at.smoothest, at.x / kTile, at.y / kTile,
                     tiles.data());
     }
     last = &query;
-    v.texel(blend, tiles.data(), offset_of(v.p, at.x, at.y), at, query.light, out + number * v.p.channels);
+    v.texel(blend, tiles.data(), offset_of(v.p, at.x, at.y), at, query.light, out + wanted[i].number * v.p.channels);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 #include <vector>
 
 #undef HWY_TARGET_INCLUDE
@@ -204,30 +205,47 @@ std::vector<Sums> coupled_sums(const FieldBand& band, std::uint32_t subspace, st
   return all;
 }
 
-// Rows of a group that are wanted -> an image, in blocks of columns that stay near.
+// Rows of a group that are wanted -> an image. Four times of four rows are turned over at once.
 HWY_INLINE void copy_out(const Skewed& s, const float* buffer, std::ptrdiff_t margin, std::ptrdiff_t first_row,
                          std::ptrdiff_t end_row, const FieldWindow& window, float* out) {
-  constexpr std::ptrdiff_t kBlock = 16;
+  static_assert(kSkew % 4 == 0);
   const auto width = static_cast<std::ptrdiff_t>(window.width);
-  const std::ptrdiff_t stride = s.stride(), whole = width / kBlock * kBlock;
-  for (std::ptrdiff_t x0 = 0; x0 < width; x0 += kBlock) {
-    for (std::ptrdiff_t r = first_row; r < end_row; ++r) {
-      float* to = out + (r - first_row) * width + x0;
-      const float* from = buffer + s.at(margin + kSkew * r + x0, r);
-      if (x0 < whole) {
-        for (std::ptrdiff_t x = 0; x < kBlock; x += 4) {
-          const float v0 = from[x * stride], v1 = from[(x + 1) * stride], v2 = from[(x + 2) * stride],
-                      v3 = from[(x + 3) * stride];
-          to[x] = v0;
-          to[x + 1] = v1;
-          to[x + 2] = v2;
-          to[x + 3] = v3;
-        }
+#if HWY_TARGET == HWY_SCALAR
+  for (std::ptrdiff_t r = first_row; r < end_row; ++r) {
+    for (std::ptrdiff_t x = 0; x < width; ++x)
+      out[(r - first_row) * width + x] = buffer[s.at(margin + x + kSkew * r, r)];
+  }
+#else
+  const Lanes d;
+  const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
+  const hn::Repartition<double, Lanes> d2;
+  HWY_ALIGN float turned[4 * hn::MaxLanes(Lanes())];
+  for (std::ptrdiff_t time = 0; time < width + kSkew * (end_row - 1); time += 4) {
+    const float* from = buffer + s.at(margin + time, 0);
+    const auto v0 = hn::LoadU(d, from), v1 = hn::LoadU(d, from + s.stride()), v2 = hn::LoadU(d, from + 2 * s.stride()),
+               v3 = hn::LoadU(d, from + 3 * s.stride());
+    const auto low01 = hn::BitCast(d2, hn::InterleaveLower(d, v0, v1)), low23 = hn::BitCast(d2, hn::InterleaveLower(d, v2, v3));
+    const auto high01 = hn::BitCast(d2, hn::InterleaveUpper(d, v0, v1)), high23 = hn::BitCast(d2, hn::InterleaveUpper(d, v2, v3));
+    hn::Store(hn::BitCast(d, hn::InterleaveLower(d2, low01, low23)), d, turned);
+    hn::Store(hn::BitCast(d, hn::InterleaveUpper(d2, low01, low23)), d, turned + lanes);
+    hn::Store(hn::BitCast(d, hn::InterleaveLower(d2, high01, high23)), d, turned + 2 * lanes);
+    hn::Store(hn::BitCast(d, hn::InterleaveUpper(d2, high01, high23)), d, turned + 3 * lanes);
+    // Row r's four texels lie in block r / 4 of vector r % 4; rows that are not yet or no longer within the
+    // window's columns are passed over.
+    const std::ptrdiff_t begin = std::max(first_row, (time - width + kSkew) / kSkew);
+    const std::ptrdiff_t end = std::min(end_row, time / kSkew + 1);
+    for (std::ptrdiff_t r = begin; r < end; ++r) {
+      const std::ptrdiff_t x = time - kSkew * r;
+      const float* own = turned + r % 4 * lanes + r / 4 * 4;
+      float* to = out + (r - first_row) * width + x;
+      if (x + 4 <= width) {
+        std::memcpy(to, own, 4 * sizeof(float));
       } else {
-        for (std::ptrdiff_t x = 0; x < width - whole; ++x) to[x] = from[x * stride];
+        for (std::ptrdiff_t i = 0; i < width - x; ++i) to[i] = own[i];
       }
     }
   }
+#endif
 }
 
 void synthesise_target(const FieldBand& band, std::span<const std::uint32_t> subspaces, const FieldWindow& window,

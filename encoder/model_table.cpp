@@ -22,14 +22,14 @@ const FileExchange kPtmFiles = {"ptm", ptm_import, ptm_export};
 const Fitter kFitters[] = {
     {ModelId::patch, InputKind::images, kPatchFitOptions, patch_fit, patch_file_joins},
     {ModelId::gm, InputKind::dataset, kGmFitOptions, gm_fit, nullptr},
-    {ModelId::car, InputKind::either, kFieldFitOptions, field_fit<ModelId::car>, nullptr},
+    {ModelId::car, InputKind::either, kFieldFitOptions, field_fit<ModelId::car>, nullptr, nullptr, true},
     {ModelId::ptm, InputKind::dataset, kPtmFitOptions, ptm_fit, nullptr, &kPtmFiles},
     {ModelId::plm, InputKind::dataset, kPlmFitOptions, plm_fit, nullptr},
     {ModelId::pcarf, InputKind::dataset, kPcarfFitOptions, pcarf_fit, nullptr},
     {ModelId::pca, InputKind::dataset, kPcaFitOptions, pca_fit, nullptr},
     {ModelId::lpca, InputKind::dataset, kLpcaFitOptions, lpca_fit, nullptr},
-    {ModelId::gmrf, InputKind::either, kFieldFitOptions, field_fit<ModelId::gmrf>, nullptr},
-    {ModelId::car3d, InputKind::either, kFieldFitOptions, field_fit<ModelId::car3d>, nullptr},
+    {ModelId::gmrf, InputKind::either, kFieldFitOptions, field_fit<ModelId::gmrf>, nullptr, nullptr, true},
+    {ModelId::car3d, InputKind::either, kFieldFitOptions, field_fit<ModelId::car3d>, nullptr, nullptr, true},
 };
 static_assert(std::size(kFitters) == kModelCount);
 

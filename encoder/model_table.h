@@ -35,6 +35,7 @@ struct FitSettings {
   OptionValues options;  // the model's own
   std::uint64_t seed = 1;
   unsigned threads = 0;  // 0: as many as the machine has
+  bool reconstruct_missing = false;  // the file is to answer for all views under all lights
   // Called now and then from one thread: done of total units of work.
   std::function<void(std::size_t done, std::size_t total)> progress;
   // Likewise, in words: how far a fit that may take long has come.
@@ -70,6 +71,7 @@ struct Fitter {
   // Optional: where the pieces join that a file's texture is made of. Null: the model has no pieces.
   Result<JoinMask> (*joins)(const LoadedItem& item, ByteView parm);
   const FileExchange* exchange = nullptr;  // optional
+  bool reconstructs = false;               // knows FitSettings::reconstruct_missing
 };
 
 const Fitter& fitter(ModelId id);

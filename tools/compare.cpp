@@ -26,7 +26,7 @@ namespace {
 struct CompareArguments {
   std::string a, b, map, measures = "ssim,mae_lab,flip";
   std::string sheet;
-  bool statistics = false;
+  bool statistics = false, resample = false;
   DatasetInput dataset;
   Report report;
 };
@@ -103,7 +103,9 @@ int compare_data(const CompareArguments& a, const MetricOptions& measures) {
   };
   const Result<Dataset> reference = side(a.a);
   if (!reference) return fail("compare", reference.error());
-  const Result<Dataset> candidate = side(a.b);
+  if (a.resample && !is_btfc(a.b)) return fail("compare", bad_argument("--resample is for a .btfc file as B"));
+  const Result<Dataset> candidate =
+      a.resample ? decode_dataset_like(a.b, reference->info(), a.dataset.scratch) : side(a.b);
   if (!candidate) return fail("compare", candidate.error());
   const Result<DatasetMetrics> m =
       compare_datasets(*reference, *candidate, {measures, progress_line("comparing")});
@@ -232,6 +234,8 @@ Verb add_compare(CLI::App& app) {
       "A; A and B may differ in size, and then have no PSNR, RMSE, SSIM and peak; exit 0");
   verb->add_option("--measures", a->measures, "which of the slower measures (default ssim,mae_lab,flip)")
       ->type_name("psnr,ssim,…");
+  verb->add_flag("--resample", a->resample,
+                 "of data sets: B, a .btfc file, is decoded under A's directions and pairs, whatever its own are");
   verb->add_option(
           "--sheet", a->sheet,
           "of data sets: also a picture of eight pairs, from the steepest to the most grazing, A above B")

@@ -16,6 +16,8 @@ Json group_json(const GroupMetrics& g) {
           {"ssim", n(g.ssim)},
           {"mae_lab", n(g.mae_lab)},
           {"flip", n(g.flip)},
+          {"brdf_rmse_8bit", n(g.brdf_rmse_8bit)},
+          {"colour_distance", n(g.colours)},
           {"psnr_db_p5", n(g.psnr_db_p5)},
           {"ssim_p5", n(g.ssim_p5)},
           {"mae_lab_p95", n(g.mae_lab_p95)},
@@ -26,9 +28,9 @@ std::string row(const char* name, const GroupMetrics& g) {
   if (g.pairs == 0) return fmt::format("{:<18} none", name);
   return fmt::format(
       "{:<18} {:>6} {:>8.3f} {:>8.3f} {:>8.3f} {:>8.4f} {:>8.3f} {:>8.5f} {:>8.5f} {:>8.4f} {:>8.4f} "
-      "{:>8.5f} {:>8.5f}",
+      "{:>8.5f} {:>8.5f} {:>8.4f} {:>8.4f}",
       name, g.pairs, g.psnr_db, g.mean_psnr_db, g.psnr_db_p5, g.rmse_8bit, g.peak_8bit, g.ssim, g.ssim_p5,
-      g.mae_lab, g.mae_lab_p95, g.flip, g.flip_p95);
+      g.mae_lab, g.mae_lab_p95, g.flip, g.flip_p95, g.brdf_rmse_8bit, g.colours);
 }
 
 }  // namespace
@@ -57,8 +59,8 @@ Json dataset_metrics_json(const DatasetMetrics& m) {
 
 std::string dataset_metrics_text(const DatasetMetrics& m) {
   std::string text = fmt::format(
-      "{:<18} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "views", "pairs",
-      "psnr_db", "mean", "p5", "rmse", "peak", "ssim", "p5", "mae_lab", "p95", "flip", "p95");
+      "{:<18} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "views", "pairs",
+      "psnr_db", "mean", "p5", "rmse", "peak", "ssim", "p5", "mae_lab", "p95", "flip", "p95", "brdf", "colours");
   text += row("all", m.all) + '\n' + row("theta <= 45", m.steep) + '\n' + row("theta > 45", m.grazing);
   text += fmt::format("\ndiffering samples {} of {}", m.differing_samples, m.samples);
   return text;

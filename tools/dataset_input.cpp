@@ -14,13 +14,15 @@ std::string channel_list(const DatasetInfo& info) {
 
 }  // namespace
 
-void DatasetInput::attach(CLI::App& verb) {
+void DatasetInput::attach(CLI::App& verb, bool models) {
   verb.add_option("--crop", crop, "of data sets: the texels to read (default: all)")->type_name("X,Y,W,H");
   verb.add_option("--missing", missing,
-                  "of data sets: images that the directions ask for and are not there (default "
-                  "error)")
-      ->check(CLI::IsMember({"error", "skip"}))
-      ->type_name("error|skip");
+                  models ? "of data sets: images that the directions ask for and are not there; model: left out of the "
+                           "fit and reconstructed, by car, gmrf and car3d (default error)"
+                         : "of data sets: images that the directions ask for and are not there (default error)")
+      ->check(CLI::IsMember(models ? std::vector<std::string>{"error", "skip", "model"}
+                                   : std::vector<std::string>{"error", "skip"}))
+      ->type_name(models ? "error|skip|model" : "error|skip");
   verb.add_option("--scratch", scratch,
                   "of data sets: where samples are kept meanwhile (default $TMPDIR or /var/tmp)")
       ->type_name("DIR");
@@ -36,7 +38,7 @@ Result<DatasetRead> DatasetInput::read(const std::string& path) const {
     }
     options.crop = Rectangle{(*n)[0], (*n)[1], (*n)[2], (*n)[3]};
   }
-  options.skip_missing = missing == "skip";
+  options.skip_missing = missing != "error";
   options.scratch_directory = scratch;
   options.progress = progress_line("reading");
   Result<DatasetRead> read = read_dataset(path, options);

@@ -11,8 +11,9 @@ struct DatasetInput {
   std::string crop, missing = "error", scratch;
   unsigned threads = 0;
 
-  // Adds --crop, --missing, --scratch and --threads to a verb.
-  void attach(CLI::App& verb);
+  // Adds --crop, --missing, --scratch and --threads to a verb. models: whether --missing may be "model".
+  void attach(CLI::App& verb, bool models = false);
+  bool reconstructs() const { return missing == "model"; }
   bool given() const { return !crop.empty() || missing != "error" || !scratch.empty(); }
   // Reads, shows progress, and prints the notes to standard error.
   Result<DatasetRead> read(const std::string& path) const;

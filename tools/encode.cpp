@@ -136,6 +136,9 @@ int run(Arguments& a) {
   settings.options = a.model_options;
   settings.seed = *seed;
   settings.threads = a.dataset.threads;
+  settings.reconstruct_missing = a.dataset.reconstructs();
+  if (settings.reconstruct_missing && !fit.reconstructs)
+    return stop(bad_argument(fmt::format("--missing model: model {} does not reconstruct images", a.model)));
   settings.progress = progress_line("encoding");
   settings.note = note_line();
   double read_seconds = 0;
@@ -200,7 +203,7 @@ Verb add_encode(CLI::App& app) {
   verb->add_option("--model", a->model, "the model, see 'btfc models'")->required()->type_name("ID");
   add_pack_options(*verb, a->codec, a->level);
   verb->add_option("--seed", a->seed, "seed of random choices (default 1)")->type_name("N");
-  a->dataset.attach(*verb);
+  a->dataset.attach(*verb, true);
   verb->add_option("--colour-space", a->colour_space, "what the maps' values are (default: as the files say)")
       ->type_name("ID");
   a->report.attach(*verb);

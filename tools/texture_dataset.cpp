@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "encoder/for_each_index.h"
 #include "tools/command.h"
@@ -28,49 +29,82 @@ Direction direction(const float (&v)[3]) {
   return direction_from_degrees(rounded(d.theta), rounded(d.phi));
 }
 
-}  // namespace
+// Scratches that threads borrow, so that what one decoded is there for the next image.
+class ScratchPool {
+ public:
+  explicit ScratchPool(const btfc_texture* texture) : texture_(texture) {}
+  ~ScratchPool() {
+    for (btfc_scratch* s : free_) btfc_scratch_free(s);
+  }
+  ScratchPool(const ScratchPool&) = delete;
+  ScratchPool& operator=(const ScratchPool&) = delete;
+  btfc_scratch* take() {
+    const std::lock_guard<std::mutex> hold(lock_);
+    if (free_.empty()) return btfc_scratch_new(texture_);
+    btfc_scratch* s = free_.back();
+    free_.pop_back();
+    return s;
+  }
+  void give(btfc_scratch* s) {
+    const std::lock_guard<std::mutex> hold(lock_);
+    free_.push_back(s);
+  }
 
-Result<Dataset> decode_dataset(const std::string& path, const btfc_texture* texture,
-                               std::optional<SampleType> type, const std::string& scratch_directory) {
-  const Result<Head> head = read_file_head(path);
-  if (!head) return head.error();
+ private:
+  const btfc_texture* texture_;
+  std::mutex lock_;
+  std::vector<btfc_scratch*> free_;
+};
+
+DatasetInfo info_of(const Head& head, std::optional<SampleType> type) {
   DatasetInfo info;
-  info.width = head->width;
-  info.height = head->height;
-  info.channels = channel_names(head->channels());
-  info.type = type.value_or(head->maps[0].type);
-  info.colour_space = head->maps[0].colour_space;
-  info.quantity = head->quantity;
-  info.wraps = head->wrap_u == Wrap::repeat && head->wrap_v == Wrap::repeat;
-  std::vector<btfc_directions> views(head->views), lights(head->lights);
-  for (std::uint32_t v = 0; v < head->views; ++v) {
-    btfc_texture_view(texture, v, views[v].view);
-    info.views.push_back(direction(views[v].view));
+  info.width = head.width;
+  info.height = head.height;
+  info.channels = channel_names(head.channels());
+  info.type = type.value_or(head.maps[0].type);
+  info.colour_space = head.maps[0].colour_space;
+  info.quantity = head.quantity;
+  info.wraps = head.wrap_u == Wrap::repeat && head.wrap_v == Wrap::repeat;
+  return info;
+}
+
+std::vector<btfc_directions> directions_of(const std::vector<Direction>& list) {
+  std::vector<btfc_directions> out;
+  for (const Direction& d : list) {
+    const Vector3 v = unit_vector(d);
+    btfc_directions one{};
+    for (std::size_t i = 0; i < 3; ++i) one.view[i] = static_cast<float>(v[i]);
+    out.push_back(one);
   }
-  for (std::uint32_t l = 0; l < head->lights; ++l) {
-    btfc_texture_light(texture, l, lights[l].light);
-    info.lights.push_back(direction(lights[l].light));
-  }
-  info.pairs.resize(head->pairs);
-  for (std::uint32_t p = 0; p < head->pairs; ++p)
-    btfc_texture_pair(texture, p, &info.pairs[p].view, &info.pairs[p].light);
+  return out;
+}
+
+// Every pair of `info`; views and lights hold their vectors as `view`.
+Result<Dataset> decode_pairs(const Head& head, const btfc_texture* texture, const DatasetInfo& info,
+                             const std::vector<btfc_directions>& views, const std::vector<btfc_directions>& lights,
+                             const std::string& scratch_directory) {
   Result<Dataset> created = Dataset::create(info, scratch_directory);
   if (!created) return created.error();
   Dataset& dataset = *created;
 
   const auto sample = static_cast<btfc_sample>(info.type);
   const std::size_t bytes = info.type == SampleType::unorm8 ? 1 : 2;
+  ScratchPool scratches(texture);
   const auto decode = [&](std::size_t p) -> Result<Done> {
     btfc_directions both = views[info.pairs[p].view];
-    std::copy_n(lights[info.pairs[p].light].light, 3, both.light);
+    std::copy_n(lights[info.pairs[p].light].view, 3, both.light);
+    btfc_scratch* scratch = scratches.take();
     std::vector<std::uint16_t> codes(info.image_samples());
     std::size_t first = 0;
-    for (std::uint32_t m = 0; m < head->maps.size(); ++m) {
-      const std::size_t channels = head->maps[m].channels, row = info.width * channels * bytes;
+    for (std::uint32_t m = 0; m < head.maps.size(); ++m) {
+      const std::size_t channels = head.maps[m].channels, row = info.width * channels * bytes;
       Bytes raw(row * info.height);
-      const btfc_result result = btfc_decode_rect(texture, nullptr, m, &both, 0, 0, info.width, info.height,
+      const btfc_result result = btfc_decode_rect(texture, scratch, m, &both, 0, 0, info.width, info.height,
                                                   sample, raw.data(), row, raw.size());
-      if (result != BTFC_OK) return Error{Status::out_of_memory, btfc_result_name(result), "", 0};
+      if (result != BTFC_OK) {
+        scratches.give(scratch);
+        return Error{Status::out_of_memory, btfc_result_name(result), "", 0};
+      }
       for (std::size_t t = 0; t < std::size_t{info.width} * info.height; ++t) {
         for (std::size_t c = 0; c < channels; ++c) {
           const std::size_t at = t * channels + c;
@@ -79,6 +113,7 @@ Result<Dataset> decode_dataset(const std::string& path, const btfc_texture* text
       }
       first += channels;
     }
+    scratches.give(scratch);
     dataset.write_image(p, codes);
     return Done{};
   };
@@ -87,13 +122,56 @@ Result<Dataset> decode_dataset(const std::string& path, const btfc_texture* text
   return created;
 }
 
+}  // namespace
+
+Result<Dataset> decode_dataset(const std::string& path, const btfc_texture* texture,
+                               std::optional<SampleType> type, const std::string& scratch_directory) {
+  const Result<Head> head = read_file_head(path);
+  if (!head) return head.error();
+  DatasetInfo info = info_of(*head, type);
+  std::vector<btfc_directions> views(head->views), lights(head->lights);
+  for (std::uint32_t v = 0; v < head->views; ++v) {
+    btfc_texture_view(texture, v, views[v].view);
+    info.views.push_back(direction(views[v].view));
+  }
+  for (std::uint32_t l = 0; l < head->lights; ++l) {
+    btfc_texture_light(texture, l, lights[l].view);
+    info.lights.push_back(direction(lights[l].view));
+  }
+  info.pairs.resize(head->pairs);
+  for (std::uint32_t p = 0; p < head->pairs; ++p)
+    btfc_texture_pair(texture, p, &info.pairs[p].view, &info.pairs[p].light);
+  return decode_pairs(*head, texture, info, views, lights, scratch_directory);
+}
+
+namespace {
+
+SampleType fine_type(const btfc_texture* texture) {
+  btfc_map_info info{};
+  btfc_texture_map_info(texture, 0, &info);
+  return info.sample == BTFC_FLOAT16 ? SampleType::float16 : SampleType::unorm16;
+}
+
+}  // namespace
+
 Result<Dataset> decode_dataset_finely(const std::string& path, const std::string& scratch_directory) {
   const Result<TexturePtr> texture = load_texture(path);
   if (!texture) return texture.error();
-  btfc_map_info info{};
-  btfc_texture_map_info(texture->get(), 0, &info);
-  const SampleType type = info.sample == BTFC_FLOAT16 ? SampleType::float16 : SampleType::unorm16;
-  return decode_dataset(path, texture->get(), type, scratch_directory);
+  return decode_dataset(path, texture->get(), fine_type(texture->get()), scratch_directory);
+}
+
+Result<Dataset> decode_dataset_like(const std::string& path, const DatasetInfo& like,
+                                    const std::string& scratch_directory) {
+  const Result<TexturePtr> texture = load_texture(path);
+  if (!texture) return texture.error();
+  const Result<Head> head = read_file_head(path);
+  if (!head) return head.error();
+  DatasetInfo info = info_of(*head, fine_type(texture->get()));
+  info.views = like.views;
+  info.lights = like.lights;
+  info.pairs = like.pairs;
+  return decode_pairs(*head, texture->get(), info, directions_of(like.views), directions_of(like.lights),
+                      scratch_directory);
 }
 
 }  // namespace btfc

@@ -17,4 +17,8 @@ Result<Dataset> decode_dataset(const std::string& path, const btfc_texture* text
 // where it stands for halves.
 Result<Dataset> decode_dataset_finely(const std::string& path, const std::string& scratch_directory);
 
+// The same under the directions and pairs of another data set, whatever the file's own are.
+Result<Dataset> decode_dataset_like(const std::string& path, const DatasetInfo& like,
+                                    const std::string& scratch_directory);
+
 }  // namespace btfc

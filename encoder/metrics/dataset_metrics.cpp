@@ -13,6 +13,7 @@
 #include "encoder/metrics/flip.h"
 #include "encoder/metrics/lab.h"
 #include "encoder/metrics/ssim.h"
+#include "encoder/segment/colour_histograms.h"
 
 namespace btfc {
 namespace {
@@ -21,7 +22,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 struct PairRecord {
   double squares = 0, peak = 0;  // sum of squared differences, largest one
-  double ssim = kNaN, mae_lab = kNaN, flip = kNaN;
+  double ssim = kNaN, mae_lab = kNaN, flip = kNaN, colours = kNaN;
+  double brdf_squares = 0;  // of channels' means, averaged over channels
   std::uint64_t differing = 0;
 };
 
@@ -63,12 +65,23 @@ Result<Done> check_alike(const DatasetInfo& a, const DatasetInfo& b) {
 
 void compare_codes(const CodeView& a, const CodeView& b, bool same_type, PairRecord& record) {
   const float *const va = a.tables->display.data(), *const vb = b.tables->display.data();
+  std::vector<double> means(a.channels);
   for (std::size_t i = 0; i < a.codes.size(); ++i) {
     const double d = static_cast<double>(va[a.codes[i]]) - static_cast<double>(vb[b.codes[i]]);
+    means[i % a.channels] += d;
     record.squares += d * d;
     record.peak = std::fmax(record.peak, std::fabs(d));
     if (!same_type || a.codes[i] != b.codes[i]) ++record.differing;
   }
+  const double texels = static_cast<double>(a.codes.size()) / a.channels;
+  for (const double m : means) record.brdf_squares += (m / texels) * (m / texels) / a.channels;
+}
+
+double colour_distance(const CodeView& a, const CodeView& b) {
+  const std::vector<float> fa = colour_histograms(a), fb = colour_histograms(b);
+  double sum = 0;
+  for (std::size_t i = 0; i < fa.size(); ++i) sum += double{fa[i] - fb[i]} * double{fa[i] - fb[i]};
+  return std::sqrt(sum);
 }
 
 double psnr(double mean_square) {
@@ -104,6 +117,7 @@ GroupMetrics group(std::span<const PairRecord* const> records, double image_samp
   out.pairs = records.size();
   if (records.empty()) {
     out.psnr_db = out.rmse_8bit = out.peak_8bit = out.mean_psnr_db = out.ssim = out.mae_lab = out.flip = kNaN;
+    out.brdf_rmse_8bit = out.colours = kNaN;
     out.psnr_db_p5 = out.ssim_p5 = out.mae_lab_p95 = out.flip_p95 = kNaN;
     return out;
   }
@@ -123,6 +137,8 @@ GroupMetrics group(std::span<const PairRecord* const> records, double image_samp
   out.ssim = mean(ssim);
   out.mae_lab = mean(mae_lab);
   out.flip = mean(flip);
+  out.brdf_rmse_8bit = 255 * std::sqrt(mean(gather(records, &PairRecord::brdf_squares)));
+  out.colours = mean(gather(records, &PairRecord::colours));
   out.psnr_db_p5 = quantile(psnrs, 0.05);
   out.ssim_p5 = quantile(ssim, 0.05);
   out.mae_lab_p95 = quantile(mae_lab, 0.95);
@@ -184,6 +200,7 @@ Result<DatasetMetrics> compare_datasets(const Dataset& reference, const Dataset&
     compare_codes(va, vb, a.type == b.type, record);
     if (options.measures.ssim) record.ssim = ssim_by_rows(va, vb);
     if (options.measures.mae_lab && colours) record.mae_lab = lab_difference(va, vb).mae;
+    if (options.measures.mae_lab && colours) record.colours = colour_distance(va, vb);
     if (options.measures.flip && colours) record.flip = flip_by_rows(va, vb, filters);
     if (!options.progress) return;
     const std::lock_guard<std::mutex> hold(lock);

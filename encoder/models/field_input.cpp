@@ -9,6 +9,7 @@
 #include "encoder/dataset/dataset_head.h"
 #include "encoder/fields/relief_strength.h"
 #include "encoder/range/range_map.h"
+#include "encoder/segment/missing_pairs.h"
 #include "encoder/segment/subspaces.h"
 #include "format/limits.h"
 #include "format/models/field_options.h"
@@ -83,6 +84,14 @@ Result<FieldInput> field_input(ModelId model, const FitInput& input, const FitSe
   out.subspace_of_pair = std::move(subspaces->of_pair);
   out.medoids = std::move(subspaces->medoid);
   out.report.push_back({"segmentation_explains", fmt::format("{:.4f}", subspaces->explained)});
+
+  if (settings.reconstruct_missing && !dataset.info().full_product()) {
+    const std::size_t measured = out.head.pairs;
+    out.subspace_of_pair = complete_index(dataset, out.subspace_of_pair, out.medoids);
+    out.head.pairs = out.head.views * out.head.lights;
+    out.directions.pairs = all_pairs(out.head.views, out.head.lights);
+    out.report.push_back({"reconstructed_pairs", std::to_string(out.head.pairs - measured)});
+  }
 
   const Result<FieldShape> shape = field_shape_from_options(settings.options, out.head, 1, 0);
   if (!shape) return shape.error();

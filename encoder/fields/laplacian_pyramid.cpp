@@ -82,13 +82,15 @@ double variance_of(const FieldPlane& plane) {
   return sum / static_cast<double>(plane.values.size());
 }
 
-std::vector<FieldPlane> laplacian_pyramid(const FieldPlane& plane, std::uint32_t levels, bool wraps) {
+std::vector<FieldPlane> gaussian_pyramid(const FieldPlane& plane, std::uint32_t levels, bool wraps) {
   std::vector<FieldPlane> out = {plane};
-  for (std::uint32_t l = 1; l < levels; ++l) {
-    FieldPlane coarse = reduce(out.back(), wraps);
-    subtract_expanded(coarse, wraps, out.back());
-    out.push_back(std::move(coarse));
-  }
+  while (out.size() < levels) out.push_back(reduce(out.back(), wraps));
+  return out;
+}
+
+std::vector<FieldPlane> laplacian_pyramid(const FieldPlane& plane, std::uint32_t levels, bool wraps) {
+  std::vector<FieldPlane> out = gaussian_pyramid(plane, levels, wraps);
+  for (std::uint32_t l = 0; l + 1 < levels; ++l) subtract_expanded(out[l + 1], wraps, out[l]);
   return out;
 }
 

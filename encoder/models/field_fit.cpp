@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "encoder/fields/band_moments.h"
 #include "encoder/fields/colour_factors.h"
 #include "encoder/fields/laplacian_pyramid.h"
 #include "encoder/fields/level_estimate.h"
@@ -24,6 +25,8 @@ namespace {
 
 constexpr auto kOptions = [] {
   constexpr OptionSpec kOwn[] = {
+      {"bands", "power|laplacian",
+       "levels add up by their powers, or are the planes of the Laplacian pyramid as the paper has it (default power)"},
       {"error", "E", "the most that a texel made alone may differ by, of a range of 1 (default 1/2046)"},
   };
   std::array<OptionSpec, std::size(kFieldOptions) + std::size(kOwn)> all{};
@@ -43,10 +46,12 @@ struct SubspaceFactors {
   MatrixD basis;
   std::vector<FieldPlane> planes;                // normal scores, or values where there are no tables
   std::vector<std::vector<float>> tables;   // of the factors
-  std::vector<std::vector<FieldPlane>> pyramid;  // of each factor
+  std::vector<std::vector<FieldPlane>> pyramid;  // of each factor, Gaussian or Laplacian
 };
 
-SubspaceFactors factors_of(const std::vector<FieldPlane>& channels, const FieldShape& shape, bool wraps,
+enum class Bands { power, laplacian };
+
+SubspaceFactors factors_of(const std::vector<FieldPlane>& channels, const FieldShape& shape, bool wraps, Bands bands,
                            const std::optional<MatrixD>& like) {
   SubspaceFactors out;
   std::vector<FieldPlane> factors;
@@ -68,7 +73,8 @@ SubspaceFactors factors_of(const std::vector<FieldPlane>& channels, const FieldS
       out.tables.push_back(marginal_table(factor, shape.knots));
       factor = normal_scores(factor);
     }
-    out.pyramid.push_back(laplacian_pyramid(factor, shape.levels, wraps));
+    out.pyramid.push_back(bands == Bands::power ? gaussian_pyramid(factor, shape.levels, wraps)
+                                                : laplacian_pyramid(factor, shape.levels, wraps));
   }
   out.planes = std::move(factors);
   return out;
@@ -87,7 +93,7 @@ struct LevelFit {
 };
 
 LevelFit fit_level(const FieldShape& shape, const std::vector<SubspaceFactors>& subspaces, std::uint32_t level,
-                   bool wraps, std::optional<std::uint32_t> order, double error) {
+                   bool wraps, Bands bands, std::optional<std::uint32_t> order, double error) {
   const std::uint32_t most = subspaces.size() > 1 ? kMostOfMany : kMostOfOne;
   const std::size_t d = shape.factors, groups = shape.masks_per_level();
   const auto kind = shape.kind == FieldKind::gmrf ? Neighbourhood::symmetric : Neighbourhood::causal;
@@ -95,14 +101,16 @@ LevelFit fit_level(const FieldShape& shape, const std::vector<SubspaceFactors>& 
   fit.models.resize(subspaces.size(), std::vector<LevelModel>(groups));
   for (std::size_t f = 0; f < groups; ++f) {
     std::vector<NeighbourMoments> moments(subspaces.size());
-    const auto planes_of_level = [&](std::size_t k) {
+    const auto planes_of_level = [&](std::size_t k, std::uint32_t l) {
       std::vector<FieldPlane> planes;
       for (std::size_t g = shape.coupled() ? 0 : f; g < (shape.coupled() ? d : f + 1); ++g)
-        planes.push_back(subspaces[k].pyramid[g][level]);
+        planes.push_back(subspaces[k].pyramid[g][l]);
       return planes;
     };
     (void)for_each_index(subspaces.size(), [&](std::size_t k) -> Result<Done> {
-      moments[k] = neighbour_moments(planes_of_level(k), kind, wraps);
+      const bool overlaps = bands == Bands::power && level + 1 < shape.levels;
+      const auto coarse = overlaps ? planes_of_level(k, level + 1) : std::vector<FieldPlane>();
+      moments[k] = band_moments(planes_of_level(k, level), coarse, kind, wraps);
       return Done{};
     });
     fit.masks.push_back(choose_neighbourhood(moments, order, most));
@@ -111,9 +119,10 @@ LevelFit fit_level(const FieldShape& shape, const std::vector<SubspaceFactors>& 
       demand.precision = shape.precision;
       demand.level = level;
       demand.error = error;
-      for (const FieldPlane& plane : planes_of_level(k)) demand.variance.push_back(variance_of(plane));
-      for (std::size_t g = 0; g < moments[k].planes; ++g)
+      for (std::size_t g = 0; g < moments[k].planes; ++g) {
+        demand.variance.push_back(std::max(0.0, moments[k].moments(moments[k].own(g), moments[k].own(g))));
         demand.weight.push_back(sensitivity(subspaces[k], shape.coupled() ? g : f));
+      }
       fit.models[k][f] = shape.kind == FieldKind::gmrf
                              ? settle_markov(moments[k], fit.masks[f], shape.torus_side(level), demand)
                              : settle_recursion(moments[k], fit.masks[f], demand);
@@ -193,6 +202,10 @@ Result<FitResult> field_fit(const FitInput& input, const FitSettings& settings) 
   const auto wanted_error = parse_double(settings.options, "error", 1e-6, 1);
   if (!wanted_error) return wanted_error.error();
   const double error = wanted_error->value_or(kDefaultError);
+  constexpr const char* kBands[] = {"power", "laplacian"};
+  const auto wanted_bands = parse_choice(settings.options, "bands", kBands);
+  if (!wanted_bands) return wanted_bands.error();
+  const Bands bands = static_cast<Bands>(wanted_bands->value_or(0));
   const auto order = parse_automatic(settings.options, "order", 0, kFieldCandidates);
   if (!order) return order.error();
 
@@ -221,9 +234,9 @@ Result<FitResult> field_fit(const FitInput& input, const FitSettings& settings) 
     shape.range_height = analysed->range_height;
 
     std::vector<SubspaceFactors> subspaces(clusters);
-    subspaces[0] = factors_of(analysed->channels[0], shape, analysed->wraps, std::nullopt);
+    subspaces[0] = factors_of(analysed->channels[0], shape, analysed->wraps, bands, std::nullopt);
     (void)for_each_index(clusters - 1, [&](std::size_t k) -> Result<Done> {
-      subspaces[k + 1] = factors_of(analysed->channels[k + 1], shape, analysed->wraps, subspaces[0].basis);
+      subspaces[k + 1] = factors_of(analysed->channels[k + 1], shape, analysed->wraps, bands, subspaces[0].basis);
       return Done{};
     });
 
@@ -240,7 +253,7 @@ Result<FitResult> field_fit(const FitInput& input, const FitSettings& settings) 
     double reached = kRounding, lost = 0, worst_shrink = 1, worst_radius = 0;
     std::size_t models = 0, unstable = 0, after = 0, shrunk_models = 0;
     for (std::uint32_t l = 0; l < shape.levels; ++l) {
-      const LevelFit fit = fit_level(shape, subspaces, l, analysed->wraps, *order, share);
+      const LevelFit fit = fit_level(shape, subspaces, l, analysed->wraps, bands, *order, share);
       shape.masks.insert(shape.masks.end(), fit.masks.begin(), fit.masks.end());
       std::uint32_t margin = shape.kind == FieldKind::gmrf ? 0 : 4;
       std::vector<float> numbers;

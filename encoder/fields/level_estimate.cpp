@@ -134,8 +134,10 @@ Settled settle(const NeighbourMoments& moments, std::uint64_t mask, const std::v
     const std::ptrdiff_t n = std::ssize(energy);
     const double last = std::accumulate(energy.end() - 16, energy.end(), 0.0);
     const double before = std::accumulate(energy.end() - 32, energy.end() - 16, 0.0);
-    if (last > 0 && !(last < before)) return s;
-    double outside = last > 0 ? last * last / (before - last) : 0;
+    // Where next to nothing is left, what the rings still hold is the rounding of the least numbers.
+    const bool reaches = last > 1e-24 * std::accumulate(energy.begin(), energy.end(), 0.0);
+    if (reaches && !(last < before)) return s;
+    double outside = reaches ? last * last / (before - last) : 0;
     const double noise = scale * scale * factor.row(as_index(g)).squaredNorm();
     const double weight = *std::max_element(demand.weight.begin(), demand.weight.end());
     for (std::ptrdiff_t m = n; m-- > 0;) {

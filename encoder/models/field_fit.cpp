@@ -36,7 +36,7 @@ constexpr auto kOptions = [] {
 
 constexpr double kDefaultError = 1.0 / 2046;
 // As many as evidence may choose: of a BTF numbers count once a subspace.
-constexpr std::uint32_t kMostOfMany = 14, kMostOfOne = 40;
+constexpr std::uint32_t kMostOfMany = 12, kMostOfOne = 40;
 // Of arithmetic in binary32, beside what margins leave.
 constexpr double kRounding = 4e-6;
 

@@ -45,7 +45,7 @@ double chord(double theta_a, double theta_b, double phi) {
   return 2 - 2 * (std::sin(theta_a) * std::sin(theta_b) * std::cos(phi) + std::cos(theta_a) * std::cos(theta_b));
 }
 
-constexpr double kTurn = 0.25, kExchange = 0.02;
+constexpr double kTurn = 0.7, kExchange = 0.5;
 
 double distance(const Place& a, const Place& b) {
   // Views alike but for their height, lights with their azimuths from the views; then the turn of the whole.
@@ -82,7 +82,7 @@ std::vector<std::uint16_t> complete_index(const Dataset& dataset, const std::vec
     double total = 0;
     for (std::size_t p = 0; p < means.size(); ++p) {
       const double d = std::min(distance(wanted, places[p]), kExchange + distance(wanted, exchanged[p]));
-      const double w = 1 / square(d + 1e-4);
+      const double w = std::pow(d + 1e-4, -4.0);
       total += w;
       for (std::size_t c = 0; c < 4; ++c) sum[c] += w * means[p][c];
     }

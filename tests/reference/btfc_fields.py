@@ -19,8 +19,9 @@ from btfc_tables import (ELEMENT_BYTES, Directions, TableModel, array_values, ch
 OFFSETS = [(i % 9 - 4, i // 9 - 4) for i in range(36)] + [(i - 40, 0) for i in range(36, 40)]
 REACH, SKEW = 4, 5  # of neighbours; a row begins so many steps after the one above
 MOST_NOISE = 5.949
+TILE = 128  # noises kept together
 LEFT_OUT = 1e-8  # of a response's sum, in the last margin's width of a window
-ROOM = 1 << 24  # numbers that a response may take here
+ROOM = 1 << 22  # numbers that a response may take here
 SIDE = 64  # of what is looked at to find the largest value
 
 
@@ -312,9 +313,19 @@ class Car(TableModel):
         return [[(h.shape[0] - 1, np.einsum("yxcfk,ckg->cfyxg", h, L).reshape(*h.shape[2:4], -1))
                  for _, _, L, h, _ in blocks] for blocks in self.exact]
 
-    def _noises(self, x, y, l, channels):
-        """(…, g)"""
-        return np.stack([noise(x, y, l, g, self.seed) for g in channels], -1)
+    def _noise_tile(self, l, g, i, j):
+        key = "noise", l, g, i, j
+        if key not in self.cache:
+            at = np.arange(TILE)
+            self.cache[key] = noise(TILE * i + at[None, :], TILE * j + at[:, None], l, g, self.seed)
+        return self.cache[key]
+
+    def _noises(self, x, y, width, height, l, channels):
+        """e of a window, (row, column, g)."""
+        i, j = x // TILE, y // TILE
+        return np.stack([np.vstack([np.hstack([self._noise_tile(l, g, a, b) for a in range(i, (x + width - 1) // TILE + 1)])
+                                    for b in range(j, (y + height - 1) // TILE + 1)])
+                         [y - TILE * j:, x - TILE * i:][:height, :width] for g in channels], -1)
 
     def _block_channels(self):
         return [list(range(self.s))] if self.JOINT else [[f] for f in range(self.s)]
@@ -324,8 +335,8 @@ class Car(TableModel):
         if (l, x, y) not in self.cache:
             parts = []
             for channels, (R, K) in zip(self._block_channels(), self._kernels[l]):
-                e = self._noises(x - np.arange(-R, R + 1)[None, :], y - np.arange(R + 1)[:, None], l, channels)
-                parts.append(K @ e.ravel())
+                e = self._noises(x - R, y - R, 2 * R + 1, R + 1, l, channels)
+                parts.append(K @ e[::-1, ::-1].ravel())
             self.cache[l, x, y] = np.concatenate(parts, 1)
         return self.cache[l, x, y]
 
@@ -334,7 +345,7 @@ class Car(TableModel):
         parts = []
         for channels, (offsets, A, L, h, _) in zip(self._block_channels(), self.exact[l]):
             R = h.shape[0] - 1
-            e = self._noises(np.arange(x - R, x + width + R)[None, :], np.arange(y - R, y + height)[:, None], l, channels)
+            e = self._noises(x - R, y - R, width + 2 * R, height + R, l, channels)
             start = np.einsum("cfg,yxg->yxcf", L, e)
             parts.append(solve(A, offsets, start)[R:, R:R + width])
         return np.concatenate(parts, 3)

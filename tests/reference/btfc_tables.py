@@ -313,6 +313,7 @@ class TableModel:
 
     VALUES = True
     ARRAY_RULE = ""  # the rule that holds the coded arrays
+    error = 0.0  # what a file states of its own decoding
     AGREE = 1e-9  # how far value and values may differ, of the largest value
 
     def __init__(self, head):

@@ -131,11 +131,11 @@ class ReferenceTest(unittest.TestCase):
             else:
                 self.assertTrue(codes == reader_codes(data, number), f"{path}: map {m['name']} decodes differently")
 
-    def command_values(self, path, queries, channels):
-        """The values of each query as the decoder gives them."""
+    def command_values(self, path, queries, channels, *levels):
+        """The values of each query as the decoder gives them, with so many levels loaded."""
         text, out = self.folder / "queries.txt", self.folder / "values.f32"
         text.write_text(sets.query_lines(queries))
-        done = subprocess.run([DUMP, path, "--queries", text, out], capture_output=True, text=True)
+        done = subprocess.run([DUMP, path, "--queries", text, out, *map(str, levels)], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, f"{path}: {done.stderr}")
         numbers, answers = iter(np.frombuffer(out.read_bytes(), "<f4").tolist()), []
         for q in queries:
@@ -246,6 +246,20 @@ class ReferenceTest(unittest.TestCase):
                     found = self.check_values(path, queries, largest)
                     self.compare_values(path, queries, found, [q["values"] for q in queries], 1e-9 * largest)
         print(f"\nvalues of vectors differ by {self.worst:.1e} of the largest at most", file=sys.stderr)
+
+    def test_levels_of_fields(self):
+        """Files loaded in part: what is left out is smoothed away (car.md 5.4 and 5.5)."""
+        if not DUMP:
+            self.skipTest("no --dump")
+        for path in (p for p in vectors() if p.parent.name in files.FIELDS):
+            item = reference.open_item(io.BytesIO(path.read_bytes()))
+            queries, model = sets.queries_of(item, 20), item.model
+            for levels in range(1, model.P + 1):
+                with self.subTest(f"{path}: {levels} of {model.P} levels"):
+                    model.finest = model.P - levels
+                    expected = [reference.value(item, *(q[key] for key in ("map", "x", "y", "view", "light"))) for q in queries]
+                    found = self.command_values(path, queries, [m.channels for m in item.head.maps], levels)
+                    self.compare_values(path, queries, found, expected, TOLERANCE * model.largest() + model.error)
 
     def test_encoded_files(self):
         rng = random.Random(20)

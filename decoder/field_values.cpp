@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <list>
 #include <numeric>
 #include <unordered_map>
@@ -19,6 +20,8 @@ constexpr std::uint32_t kTile = 256;
 // What the next finer level's tile needs beyond its quarter: 2 texels, as it reaches 2 beyond itself.
 constexpr std::uint32_t kApron = 2, kWide = kTile + 2 * kApron;
 constexpr std::size_t kCacheBytes = std::size_t{224} << 20;
+// Texels whose slopes are kept, 32 MiB. A file may state a tile of 2^32 texels at no cost.
+constexpr std::uint64_t kMostSlopes = std::uint64_t{1} << 22;
 
 // What a tile holds: collapsed factors with their apron, by planes; or deviations from the mean, channels
 // interleaved, without.
@@ -197,8 +200,10 @@ struct Values {
 
   float shade(const FieldAt& at, const vec3& light) {
     if (p.range_size == 0 || (p.options & FIELD_NO_RELIEF) != 0) return 1;
-    if (at.level != 0 || (p.options & FIELD_SHADOW) != 0) return field_shade(words, p, at, light);
-    const Slope& s = cache.slopes(p)[std::size_t{at.y % p.height} * p.width + at.x % p.width];
+    if (at.level != 0 || (p.options & FIELD_SHADOW) != 0 || std::uint64_t{p.width} * p.height > kMostSlopes)
+      return field_shade(words, p, at, light);
+    const Slope& s = cache.slopes(p)[std::size_t{field_tile_texel(p, at.y, 0, p.height)} * p.width +
+                                     field_tile_texel(p, at.x, 0, p.width)];
     return 1.0f + field_number(words, p.range_word) * (field_slope_shade(vec2(s.along, s.down), light) - 1.0f);
   }
 
@@ -319,6 +324,9 @@ Result<Done> field_select(LoadedItem& item, std::uint32_t period, std::uint32_t 
     unit = item.words[0][p.level_word];
   if (p.range_size != 0 && (options & FIELD_NO_RELIEF) == 0)
     unit = std::lcm(unit, std::lcm(std::uint64_t{p.width}, std::uint64_t{p.height}));
+  if (period > static_cast<std::uint32_t>(std::numeric_limits<std::int32_t>::max())) {
+    return bad_argument(fmt::format("a period of {} texels, expected less than 2^31", period));
+  }
   if (period % unit != 0) {
     return bad_argument(fmt::format("a period of {} texels, expected a multiple of {}", period, unit));
   }

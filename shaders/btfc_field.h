@@ -352,9 +352,16 @@ BTFC_FN float field_height(BTFC_WORDS words, FieldParams p, float u, float v) {
   return top + b * (bottom - top);
 }
 
-// Where a texel of `level` lies in the tile, in texels.
-BTFC_FN float field_tile_place(uint at, uint level, uint size) {
-  return float((at << level) % size) + 0.5f * float(1u << level);
+// The texel of the tile where a texel of `level` begins. Without a period places stand for signed coordinates: a
+// tile whose side is no power of two would have a seam at 0.
+BTFC_FN uint field_tile_texel(FieldParams p, uint at, uint level, uint size) {
+  uint texel = at << level;
+  return p.period == 0u ? btfc_wrap(int(texel), size, 1u) : texel % size;
+}
+
+// Its centre, in texels.
+BTFC_FN float field_tile_place(FieldParams p, uint at, uint level, uint size) {
+  return float(field_tile_texel(p, at, level, size)) + 0.5f * float(1u << level);
 }
 
 const float FIELD_LEAST_COSINE = 0.1f;
@@ -406,8 +413,8 @@ const float FIELD_MOST_PARALLAX = 64.0f;
 BTFC_FN ivec2 field_parallax(BTFC_WORDS words, FieldParams p, BTFC_IN(BtfcQuery) query, BTFC_IN(FieldAt) at) {
   vec3 v = btfc_upper_unit(query.view);
   float cosine = v.z > FIELD_LEAST_COSINE ? v.z : FIELD_LEAST_COSINE;
-  float h = field_height(words, p, field_tile_place(at.x, at.level, p.width),
-                         field_tile_place(at.y, at.level, p.height));
+  float h = field_height(words, p, field_tile_place(p, at.x, at.level, p.width),
+                         field_tile_place(p, at.y, at.level, p.height));
   float unit = h / (cosine * float(1u << at.level));
   float dx = -unit * v.x, dy = unit * v.y;
   float most = FIELD_MOST_PARALLAX;
@@ -451,8 +458,8 @@ BTFC_FN vec4 field_mean(BTFC_WORDS words, FieldParams p, uint subspace) {
 // The light's part of a value at a place.
 BTFC_FN float field_shade(BTFC_WORDS words, FieldParams p, BTFC_IN(FieldAt) at, BTFC_IN(vec3) light) {
   if (p.range_size == 0u || (p.options & FIELD_NO_RELIEF) != 0u) return 1.0f;
-  return field_relief(words, p, field_tile_place(at.x, at.level, p.width),
-                      field_tile_place(at.y, at.level, p.height), light);
+  return field_relief(words, p, field_tile_place(p, at.x, at.level, p.width),
+                      field_tile_place(p, at.y, at.level, p.height), light);
 }
 
 BTFC_FN bool field_shifts(FieldParams p) {

@@ -1,5 +1,6 @@
 """Files that break the rules of spec/tables.md and of the pages of pcarf, pca and lpca, one rule each, made from the
-decode vectors. spec/conformance.md lists them; gm_faults.py has those of gm."""
+decode vectors. spec/conformance.md lists them; gm_faults.py has those of gm, field_faults.py those of car, gmrf
+and car3d."""
 
 import struct
 

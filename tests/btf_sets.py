@@ -179,6 +179,9 @@ def queries_of(item, count=40, seed=1):
         if number % 5 == 4:
             x = rng.choice([-1, -head.width - 2, head.width, 2 * head.width + 1, x])
             y = rng.choice([-3, head.height, y])
+        if head.unbounded and number % 5 in (2, 3):  # new texels everywhere, to the ends of what can be asked for
+            far = [-(1 << 31), (1 << 31) - 1, (1 << 31) - 2, rng.randrange(-(1 << 31), 1 << 31), rng.randrange(-1000, 1000)]
+            x, y = rng.choice([*far, x]), rng.choice(far)
         pair = (measured, measured) if number < 4 else (rng.choice(kinds), kinds[number % len(kinds)])
         view, light = pair[0](views), pair[1](lights)
         if number == 3:

@@ -1,6 +1,7 @@
 // What the decoder gives through the C interface, for the comparison with the reference reader.
 // btfc_dump IN.btfc MAP OUT.raw: a map's codes.
-// btfc_dump IN.btfc --queries QUERIES.txt OUT.f32: lines `map x y vx vy vz lx ly lz`; the values of each.
+// btfc_dump IN.btfc --queries QUERIES.txt OUT.f32 [LEVELS]: lines `map x y vx vy vz lx ly lz`; the values of
+// each.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -63,14 +64,17 @@ int dump_values(const btfc_texture* texture, const char* queries, const char* ou
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool queries = argc == 5 && std::strcmp(argv[2], "--queries") == 0;
+  const bool queries = (argc == 5 || argc == 6) && std::strcmp(argv[2], "--queries") == 0;
   if (argc != 4 && !queries) {
-    std::fprintf(
-        stderr,
-        "usage: btfc_dump IN.btfc MAP OUT.raw\n       btfc_dump IN.btfc --queries QUERIES.txt OUT.f32\n");
+    std::fprintf(stderr,
+                 "usage: btfc_dump IN.btfc MAP OUT.raw\n       btfc_dump IN.btfc --queries QUERIES.txt "
+                 "OUT.f32 [LEVELS]\n");
     return 1;
   }
-  const Result<TexturePtr> texture = load_texture(argv[1]);
+  btfc_selection selection{};
+  selection.struct_size = sizeof selection;
+  if (argc == 6) selection.levels = static_cast<std::uint32_t>(std::strtoul(argv[5], nullptr, 10));
+  const Result<TexturePtr> texture = load_texture(argv[1], &selection);
   if (!texture) {
     std::fprintf(stderr, "btfc_dump: %s\n", texture.error().message.c_str());
     return 3;

@@ -42,10 +42,14 @@ bool exercise(const Bytes& file) {
   }
   if (!texture) return false;
   const std::uint32_t width = btfc_texture_width(texture.get()), height = btfc_texture_height(texture.get());
+  // Rectangles of an unbounded texture make whole tiles, which takes milliseconds: those of every 32nd file.
+  static unsigned unbounded_files = 0;
+  const bool rectangles = btfc_texture_unbounded(texture.get()) == 0 || unbounded_files++ % 32 == 0;
   for (std::uint32_t m = 0; m < btfc_texture_maps(texture.get()); ++m) {
     const std::uint32_t w = std::min(width, 16u), h = std::min(height, 16u);
     std::vector<float> values(std::size_t{w} * h * 4);
     for (const auto& [x, y] : {std::pair(0u, 0u), std::pair(width - w, height - h)}) {
+      if (!rectangles) break;
       const btfc_result result =
           btfc_decode_rect(texture.get(), nullptr, m, nullptr, static_cast<int>(x), static_cast<int>(y), w, h,
                            BTFC_FLOAT32, values.data(), w * 16, values.size() * 4);

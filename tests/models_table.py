@@ -13,6 +13,7 @@ from pathlib import Path
 
 SETTINGS = [
     ("gm", "--bytes 24576"), ("gm", "--bytes 62883"),
+    ("car", ""), ("car", "--clusters 4"), ("gmrf", ""), ("car3d", ""),  # synthesised: their errors say little
     ("ptm", "--precision f32"), ("ptm", "--precision u8"),
     ("plm", "--precision f32"), ("plm", "--precision u8"), ("plm", "--precision u8 --clusters 256"),
     ("pcarf", "--rank 8 --precision f32"), ("pcarf", "--rank 8 --precision u8"),

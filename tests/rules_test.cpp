@@ -264,7 +264,7 @@ std::vector<Case> cases() {
       {"content hash", "C3", [] { return with_bytes([](Bytes& f) { f.back() ^= 1; }, false); }},
       {"HEAD size", "H1", [] { return with_byte("HEAD", 24, 2); }},
       {"HEAD too short", "H1", [] { return with_chunk("HEAD", [](Bytes& raw) { raw.resize(31); }); }},
-      {"reserved model", "H2", [] { return with_field("HEAD", 0, 3); }, Status::unsupported},
+      {"reserved model", "H2", [] { return with_field("HEAD", 0, 11); }, Status::unsupported},
       {"unknown model", "H2", [] { return with_field("HEAD", 0, 77); }, Status::unsupported},
       {"width 0", "H3", [] { return with_field("HEAD", 4, 0); }},
       {"height 65537", "H3", [] { return with_field("HEAD", 8, 65537); }},

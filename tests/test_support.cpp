@@ -2,6 +2,7 @@
 #include "tests/test_support.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "encoder/output/atomic_file.h"
 #include "encoder/synth/texture_synth.h"
@@ -133,6 +134,12 @@ Result<OpenedFile> open_bytes(const Bytes& file) {
 Result<Done> verify_bytes(const Bytes& file) {
   const ByteView view(file);
   return verify_file(source_of(view));
+}
+
+double stated_error(const Bytes& file) {
+  const Result<OpenedFile> opened = open_bytes(file);
+  if (!opened || !opened->head.unbounded || opened->parm.size() < 20) return 0;
+  return std::bit_cast<float>(load_u32(&opened->parm[16]));
 }
 
 TexturePtr load(const Bytes& file, btfc_error* error) {

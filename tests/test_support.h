@@ -42,6 +42,10 @@ ByteSource source_of(const ByteView& bytes);
 Result<OpenedFile> open_bytes(const Bytes& file);
 Result<Done> verify_bytes(const Bytes& file);
 
+// How far decoders of an unbounded file may be from what it stands for, as its PARM says (spec/models/car.md
+// 1); 0 of all other files.
+double stated_error(const Bytes& file);
+
 // The decoder's texture of a file in memory; empty where it is refused.
 TexturePtr load(const Bytes& file, btfc_error* error = nullptr);
 

@@ -235,7 +235,7 @@ TEST(GmModel, LevelsArePrefixes) {
   const Dataset set = small_set();
   const Bytes file = encode_gm(set, {{"components", "64"}, {"levels", "4"}});
   const auto error = [&](std::uint32_t levels) {
-    const btfc_selection selection{sizeof(btfc_selection), levels};
+    const btfc_selection selection{sizeof(btfc_selection), levels, 0, 0};
     return rmse(set, file, &selection);
   };
   EXPECT_LT(error(4), 0.5 * error(1));

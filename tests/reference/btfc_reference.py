@@ -14,23 +14,31 @@ import numpy as np
 
 from btfc_container import COLOUR_SPACES, SAMPLE_TYPES, File, Refusal
 
-# Numbers of spec/registry.md with a defined page, and the module that holds the class `Model`.
+# Numbers of spec/registry.md with a defined page, and the module that holds the class: `Model`, or the one named.
 MODELS = {
     1: "btfc_patch",
     2: "btfc_gm",
+    3: "btfc_fields Car",
     4: "btfc_ptm",
     5: "btfc_plm",
     6: "btfc_pcarf",
     7: "btfc_pca",
     8: "btfc_lpca",
+    9: "btfc_fields Gmrf",
+    10: "btfc_fields Car3d",
 }
 
 NORMAL = (0.0, 0.0, 1.0)
 BAND = 1 << 20  # texels decoded at once, so that the largest image does not need to fit into memory
 
 
+def model_class(name):
+    module, _, kind = name.partition(" ")
+    return getattr(importlib.import_module(module), kind or "Model")
+
+
 def open_file(stream):
-    return File(stream, {number: importlib.import_module(name).Model for number, name in MODELS.items()})
+    return File(stream, {number: model_class(name) for number, name in MODELS.items()})
 
 
 def open_item(stream):
@@ -144,8 +152,8 @@ def values(stream, args):
 
 def selftest_values(item, count, rng):
     """As below, under 20 views and lights of all kinds."""
-    head, at = item.head, np.arange(item.head.width * item.head.height)
-    largest = item.model.largest()
+    head, (width, height) = item.head, item.model.seen()
+    at, largest = np.arange(width * height), item.model.largest()
     for number in range(20):
         view, light = ([rng.gauss(0, 1), rng.gauss(0, 1), rng.gauss(0.7, 1)] for _ in range(2))
         if number % 4 == 0:
@@ -153,11 +161,11 @@ def selftest_values(item, count, rng):
                            for points in (item.model.directions.views, item.model.directions.lights))
         for map_index, m in enumerate(head.maps):
             some = rng.choices(at.tolist(), k=max(1, count // 20))
-            arrays = item.model.values(map_index, *np.divmod(some, head.width)[::-1], view, light)
+            arrays = item.model.values(map_index, *np.divmod(some, width)[::-1], view, light)
             for t, found in zip(some, arrays.tolist()):
-                expected = item.model.value(map_index, t % head.width, t // head.width, view, light)
-                if max(abs(a - b) for a, b in zip(found, expected)) > 1e-9 * largest:
-                    return {"ok": False, "map": m.name, "texel": (t % head.width, t // head.width), "view": view,
+                expected = item.model.value(map_index, t % width, t // width, view, light)
+                if max(abs(a - b) for a, b in zip(found, expected)) > item.model.AGREE * largest:
+                    return {"ok": False, "map": m.name, "texel": (t % width, t // width), "view": view,
                             "light": light, "scalar": expected, "vector": found}
     return {"ok": True, "compared": count}
 

@@ -313,6 +313,8 @@ class TableModel:
 
     VALUES = True
     ARRAY_RULE = ""  # the rule that holds the coded arrays
+    error = 0.0  # what a file states of its own decoding
+    AGREE = 1e-9  # how far value and values may differ, of the largest value
 
     def __init__(self, head):
         check_head(head)
@@ -363,6 +365,10 @@ class TableModel:
     def element(self, kind, level, tile, row, column):
         raw, shape = self.raw[kind, level, tile]
         return array_value(raw, *shape, row, column)
+
+    def seen(self):
+        """Width and height of the texels that a file's largest value is looked for in."""
+        return self.head.width, self.head.height
 
     def largest(self):
         """The largest size of a value under all measured pairs."""

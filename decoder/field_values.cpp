@@ -19,6 +19,7 @@ namespace {
 constexpr std::uint32_t kTile = 256;
 // What the next finer level's tile needs beyond its quarter: 2 texels, as it reaches 2 beyond itself.
 constexpr std::uint32_t kApron = 2, kWide = kTile + 2 * kApron;
+constexpr std::uint32_t kMostPeriod = 1u << 30;
 constexpr std::size_t kCacheBytes = std::size_t{224} << 20;
 // Texels whose slopes are kept, 32 MiB. A file may state a tile of 2^32 texels at no cost.
 constexpr std::uint64_t kMostSlopes = std::uint64_t{1} << 22;
@@ -324,11 +325,10 @@ Result<Done> field_select(LoadedItem& item, std::uint32_t period, std::uint32_t 
     unit = item.words[0][p.level_word];
   if (p.range_size != 0 && (options & FIELD_NO_RELIEF) == 0)
     unit = std::lcm(unit, std::lcm(std::uint64_t{p.width}, std::uint64_t{p.height}));
-  if (period > static_cast<std::uint32_t>(std::numeric_limits<std::int32_t>::max())) {
-    return bad_argument(fmt::format("a period of {} texels, expected less than 2^31", period));
-  }
-  if (period % unit != 0) {
-    return bad_argument(fmt::format("a period of {} texels, expected a multiple of {}", period, unit));
+  // Coordinates and distances within a longer one are no signed 32-bit numbers.
+  if (period % unit != 0 || period > kMostPeriod) {
+    return bad_argument(
+        fmt::format("a period of {} texels, expected a multiple of {}, at most {}", period, unit, kMostPeriod));
   }
   for (std::vector<std::uint32_t>& raw : item.map_params) {
     std::memcpy(&p, raw.data(), sizeof p);

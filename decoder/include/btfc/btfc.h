@@ -142,7 +142,8 @@ typedef struct btfc_selection {
   uint32_t levels; /* how many levels, the coarsest counted: 1 is that alone, 1 + k adds k components of pca;
                       default all. Chunks of finer levels are not read. Models without levels ignore it. */
   uint32_t period; /* of unbounded textures: repeat without seams every so many texels both ways; 0: never. A
-                      multiple of 2^(levels - 1), of gmrf's torus, and of the tile where there is a relief */
+                      multiple of 2^(levels - 1), of gmrf's torus, and of the tile where there is a relief; at
+                      most 2^30 */
   uint32_t relief; /* of unbounded textures with a range map: BTFC_RELIEF_ flags */
 } btfc_selection;
 

@@ -39,7 +39,7 @@ except ImportError as error:
     MISSING = f"python modules are missing: {error}"
 
 BTFC, SOURCE, DUMP = None, files.ROOT, None
-ENCODED, ENCODED_SETS, MUTATIONS = 24, 21, 340
+ENCODED, ENCODED_SETS, MUTATIONS = 24, 21, 300
 TOLERANCE = 1e-5  # of the largest value
 reference = reference_tables = None  # the modules, once --source is known
 

@@ -525,7 +525,8 @@ btfc_result btfc_eval(const btfc_texture* texture, btfc_scratch* scratch, const 
     const std::uint32_t map = query_at(q)->map;
     if (map >= head.maps.size() || value_stride < head.maps[map].channels) return bad(nullptr, "");
   }
-  const bool cached = texture->model->make_cache != nullptr && (scratch != nullptr || query_count >= kManyQueries);
+  const bool cached =
+      texture->model->make_cache != nullptr && (scratch != nullptr || query_count >= kManyQueries);
   if (cached || (texture->model->eval_queries != nullptr && query_count >= kManyQueries)) {
     return guarded(nullptr, [&] {
       const std::shared_ptr<void> cache = cached ? cache_for(*texture, scratch) : nullptr;
@@ -564,7 +565,8 @@ btfc_result btfc_decode_texels(const btfc_texture* texture, btfc_scratch* scratc
         for (size_t q = 0; q < now; ++q)
           queries[q].texel = ivec2(texels[2 * (done + q)], texels[2 * (done + q) + 1]);
         texture->model->cached_queries(texture->item, map, {queries.data(), now}, cache.get(), values.data());
-        store_rows(values, now * m.channels, 1, sample, static_cast<std::uint8_t*>(out) + done * texel_bytes, 0);
+        store_rows(values, now * m.channels, 1, sample, static_cast<std::uint8_t*>(out) + done * texel_bytes,
+                   0);
       }
       return BTFC_OK;
     });

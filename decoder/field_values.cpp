@@ -36,7 +36,8 @@ struct TileKey {
 
 struct TileHash {
   std::size_t operator()(const TileKey& k) const {
-    const uvec3 h = field_hash(k.x, k.y, k.subspace * 128 + k.level * 16 + k.smoothest * 2 + static_cast<uint>(k.content));
+    const uvec3 h = field_hash(
+        k.x, k.y, k.subspace * 128 + k.level * 16 + k.smoothest * 2 + static_cast<uint>(k.content));
     return std::size_t{h.x} << 32 | h.y;
   }
 };
@@ -50,8 +51,9 @@ class FieldCache {
   explicit FieldCache(const LoadedItem& item) : item_(item) {}
 
   // The tiles of some subspaces, made together where they are not there. Valid until the next call.
-  void tiles(const FieldParams& p, Content content, std::span<const std::uint32_t> subspaces, std::uint32_t level,
-             std::uint32_t smoothest, std::uint32_t x, std::uint32_t y, const float** out);
+  void tiles(const FieldParams& p, Content content, std::span<const std::uint32_t> subspaces,
+             std::uint32_t level, std::uint32_t smoothest, std::uint32_t x, std::uint32_t y,
+             const float** out);
   // Of the range map at every texel of the analysed tile; empty where there is none.
   const std::vector<Slope>& slopes(const FieldParams& p);
 
@@ -61,7 +63,8 @@ class FieldCache {
     std::list<TileKey>::iterator age;
   };
   std::vector<float> make_factors(const FieldParams& p, std::span<const std::uint32_t> subspaces,
-                                  std::uint32_t level, std::uint32_t smoothest, std::uint32_t x, std::uint32_t y);
+                                  std::uint32_t level, std::uint32_t smoothest, std::uint32_t x,
+                                  std::uint32_t y);
   std::vector<float> deviations(const FieldParams& p, std::uint32_t subspace, std::uint32_t smoothest,
                                 const float* factors);
   void make_room(std::size_t bytes, std::size_t keep);
@@ -130,8 +133,8 @@ std::vector<float> FieldCache::make_factors(const FieldParams& p, std::span<cons
   return out;
 }
 
-std::vector<float> FieldCache::deviations(const FieldParams& p, std::uint32_t subspace, std::uint32_t smoothest,
-                                          const float* factors) {
+std::vector<float> FieldCache::deviations(const FieldParams& p, std::uint32_t subspace,
+                                          std::uint32_t smoothest, const float* factors) {
   const BtfcWords words = words_of(item_);
   const std::size_t d = p.all_channels;
   std::vector<float> out(std::size_t{kTile} * kTile * d), table(kTile);
@@ -147,7 +150,8 @@ std::vector<float> FieldCache::deviations(const FieldParams& p, std::uint32_t su
     for (std::uint32_t f = 0; f < d; ++f) {
       const float* from = factors + (std::size_t{f} * kWide + y + kApron) * kWide + kApron;
       const uint factor = field_factor_word(p, subspace, f);
-      for (std::uint32_t x = 0; x < kTile; ++x) table[x] = field_marginal(words, p, factor, from[x], smoothest);
+      for (std::uint32_t x = 0; x < kTile; ++x)
+        table[x] = field_marginal(words, p, factor, from[x], smoothest);
       for (std::size_t c = 0; c < d; ++c) {
         const float b = basis[c * d + f];
         if (b == 0) continue;
@@ -205,11 +209,12 @@ struct Values {
       return field_shade(words, p, at, light);
     const Slope& s = cache.slopes(p)[std::size_t{field_tile_texel(p, at.y, 0, p.height)} * p.width +
                                      field_tile_texel(p, at.x, 0, p.width)];
-    return 1.0f + field_number(words, p.range_word) * (field_slope_shade(vec2(s.along, s.down), light) - 1.0f);
+    return 1.0f +
+           field_number(words, p.range_word) * (field_slope_shade(vec2(s.along, s.down), light) - 1.0f);
   }
 
-  void texel(const Blend& b, const float* const* tiles, std::size_t offset, const FieldAt& at, const vec3& light,
-             float* out) {
+  void texel(const Blend& b, const float* const* tiles, std::size_t offset, const FieldAt& at,
+             const vec3& light, float* out) {
     const float s = shade(at, light);
     for (uint c = 0; c < p.channels; ++c) {
       float deviation = 0;
@@ -243,7 +248,9 @@ void field_cached_queries(const LoadedItem& item, std::uint32_t map, std::span<c
   struct Wanted {
     std::uint64_t tile;
     std::size_t number;
-    bool operator<(const Wanted& other) const { return std::pair(tile, number) < std::pair(other.tile, other.number); }
+    bool operator<(const Wanted& other) const {
+      return std::pair(tile, number) < std::pair(other.tile, other.number);
+    }
   };
   std::vector<Wanted> wanted(queries.size());
   for (std::size_t q = 0; q < queries.size(); ++q) {
@@ -262,11 +269,12 @@ void field_cached_queries(const LoadedItem& item, std::uint32_t map, std::span<c
     const bool same_directions = last != nullptr && last->view == query.view && last->light == query.light;
     if (!same_directions) blend = blend_of(v.words, v.p, query.view, query.light);
     if (!same_directions || i == 0 || wanted[i - 1].tile != wanted[i].tile) {
-      v.cache.tiles(v.p, Content::deviations, blend.subspaces, at.level, at.smoothest, at.x / kTile, at.y / kTile,
-                    tiles.data());
+      v.cache.tiles(v.p, Content::deviations, blend.subspaces, at.level, at.smoothest, at.x / kTile,
+                    at.y / kTile, tiles.data());
     }
     last = &query;
-    v.texel(blend, tiles.data(), offset_of(v.p, at.x, at.y), at, query.light, out + wanted[i].number * v.p.channels);
+    v.texel(blend, tiles.data(), offset_of(v.p, at.x, at.y), at, query.light,
+            out + wanted[i].number * v.p.channels);
   }
 }
 
@@ -294,9 +302,11 @@ void field_cached_rect(const LoadedItem& item, std::uint32_t map, const BtfcQuer
     rows[y] = field_at(v.p, at);
   std::vector<const float*> tiles(4);
   // Runs of rows and columns that lie in one tile.
-  const auto run = [](const std::vector<FieldAt>& of, std::size_t begin, uint FieldAt::* axis) {
+  const auto run = [](const std::vector<FieldAt>& of, std::size_t begin, uint FieldAt::*axis) {
     std::size_t end = begin + 1;
-    while (end < of.size() && of[end].*axis / kTile == of[begin].*axis / kTile && of[end].*axis > of[begin].*axis) ++end;
+    while (end < of.size() && of[end].*axis / kTile == of[begin].*axis / kTile &&
+           of[end].*axis > of[begin].*axis)
+      ++end;
     return end;
   };
   for (std::size_t y0 = 0; y0 < height;) {
@@ -321,14 +331,13 @@ void field_cached_rect(const LoadedItem& item, std::uint32_t map, const BtfcQuer
 Result<Done> field_select(LoadedItem& item, std::uint32_t period, std::uint32_t options) {
   auto p = params_of<FieldParams>(item, 0);
   std::uint64_t unit = std::uint64_t{1} << (p.levels - 1);
-  if (static_cast<FieldKind>(p.kind) == FieldKind::gmrf)
-    unit = item.words[0][p.level_word];
+  if (static_cast<FieldKind>(p.kind) == FieldKind::gmrf) unit = item.words[0][p.level_word];
   if (p.range_size != 0 && (options & FIELD_NO_RELIEF) == 0)
     unit = std::lcm(unit, std::lcm(std::uint64_t{p.width}, std::uint64_t{p.height}));
   // Coordinates and distances within a longer one are no signed 32-bit numbers.
   if (period % unit != 0 || period > kMostPeriod) {
-    return bad_argument(
-        fmt::format("a period of {} texels, expected a multiple of {}, at most {}", period, unit, kMostPeriod));
+    return bad_argument(fmt::format("a period of {} texels, expected a multiple of {}, at most {}", period,
+                                    unit, kMostPeriod));
   }
   for (std::vector<std::uint32_t>& raw : item.map_params) {
     std::memcpy(&p, raw.data(), sizeof p);

@@ -34,7 +34,7 @@ struct FitInput {
 struct FitSettings {
   OptionValues options;  // the model's own
   std::uint64_t seed = 1;
-  unsigned threads = 0;  // 0: as many as the machine has
+  unsigned threads = 0;              // 0: as many as the machine has
   bool reconstruct_missing = false;  // the file is to answer for all views under all lights
   // Called now and then from one thread: done of total units of work.
   std::function<void(std::size_t done, std::size_t total)> progress;

@@ -18,8 +18,10 @@ const ModelFormat kModels[] = {
      "spec/models/patch.md", kPatchChunkTypes, kPatchSizeOptions, patch_describe, patch_layout, patch_load},
     {ModelId::gm, "gm", "Gaussian mixture over texel and directions, and the mean BRDF", "spec/models/gm.md",
      kGmChunkTypes, kGmSizeOptions, gm_describe, gm_layout, gm_load},
-    {ModelId::car, "car", "causal autoregressive fields of subspaces, a range map: unbounded, any texel on its own",
-     "spec/models/car.md", kFieldChunkTypes, kFieldSizeOptions, field_describe<ModelId::car>, field_layout, field_load},
+    {ModelId::car, "car",
+     "causal autoregressive fields of subspaces, a range map: unbounded, any texel on its own",
+     "spec/models/car.md", kFieldChunkTypes, kFieldSizeOptions, field_describe<ModelId::car>, field_layout,
+     field_load},
     {ModelId::ptm, "ptm", "polynomial texture maps: a biquadratic of the light a view and texel",
      "spec/models/ptm.md", kPtmChunkTypes, kPtmSizeOptions, ptm_describe, ptm_layout, ptm_load},
     {ModelId::plm, "plm", "a Lafortune lobe a view and texel, a polynomial a pair of directions",
@@ -31,10 +33,12 @@ const ModelFormat kModels[] = {
      "spec/models/pca.md", kWeightedChunkTypes, kPcaSizeOptions, pca_describe, pca_layout, pca_load},
     {ModelId::lpca, "lpca", "local PCA: clusters of texels, each with a mean and eigenvectors over the pairs",
      "spec/models/lpca.md", kLpcaChunkTypes, kLpcaSizeOptions, lpca_describe, lpca_layout, lpca_load},
-    {ModelId::gmrf, "gmrf", "Gaussian Markov random fields of subspaces on tori, a range map", "spec/models/gmrf.md",
-     kFieldChunkTypes, kFieldSizeOptions, field_describe<ModelId::gmrf>, field_layout, field_load},
+    {ModelId::gmrf, "gmrf", "Gaussian Markov random fields of subspaces on tori, a range map",
+     "spec/models/gmrf.md", kFieldChunkTypes, kFieldSizeOptions, field_describe<ModelId::gmrf>, field_layout,
+     field_load},
     {ModelId::car3d, "car3d", "as car, one field of all channels a level in place of one a factor",
-     "spec/models/car3d.md", kFieldChunkTypes, kFieldSizeOptions, field_describe<ModelId::car3d>, field_layout, field_load},
+     "spec/models/car3d.md", kFieldChunkTypes, kFieldSizeOptions, field_describe<ModelId::car3d>,
+     field_layout, field_load},
 };
 static_assert(std::size(kModels) == kModelCount);
 

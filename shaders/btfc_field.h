@@ -28,18 +28,18 @@ const float FIELD_MOST_GAIN = 2.0f;
 const uint FIELD_LEVEL_WORDS = 4u;
 
 struct FieldParams {
-  uint width, height;                     // of the analysed tile
-  uint channels, first_channel;           // of the map
-  uint all_channels;                      // d, of all maps; as many factors
-  uint clusters, levels, kind;            // levels: 0 is the finest
-  uint views, lights, pairs;              // words of the direction tables
+  uint width, height;            // of the analysed tile
+  uint channels, first_channel;  // of the map
+  uint all_channels;             // d, of all maps; as many factors
+  uint clusters, levels, kind;   // levels: 0 is the finest
+  uint views, lights, pairs;     // words of the direction tables
   uint light_count;
-  uint index_word, index_bits;            // of the subspace index, bits a pair
-  uint subspace_word, knots;              // records of subspaces, knots of a marginal table
-  uint range_word, range_size;            // strength, then heights in texels; width | height << 16, 0: none
-  uint level_word;                        // records of levels
-  uint seed, period;                      // period in texels, 0: none but 2^32
-  uint options, least_level;              // levels finer than least_level are not loaded
+  uint index_word, index_bits;  // of the subspace index, bits a pair
+  uint subspace_word, knots;    // records of subspaces, knots of a marginal table
+  uint range_word, range_size;  // strength, then heights in texels; width | height << 16, 0: none
+  uint level_word;              // records of levels
+  uint seed, period;            // period in texels, 0: none but 2^32
+  uint options, least_level;    // levels finer than least_level are not loaded
 };
 
 // ---- noise
@@ -94,8 +94,8 @@ BTFC_FN uint field_origin(int at, uint level, uint period) {
   return btfc_wrap(at, period >> level, 1u);
 }
 
-// What expanding by 2 makes of four weights at first … first + 3: up to four coarser ones. Even texels 2i take
-// (1, 6, 1) / 8 of i-1, i, i+1, odd ones (1, 1) / 2 of i, i+1.
+// What expanding by 2 makes of four weights at first … first + 3: up to four coarser ones. Even texels 2i
+// take (1, 6, 1) / 8 of i-1, i, i+1, odd ones (1, 1) / 2 of i, i+1.
 struct FieldWeights {
   uint first;
   float weight[4];
@@ -138,11 +138,11 @@ BTFC_FN float field_band(BTFC_WORDS words, FieldParams p, uint subspace, uint fa
   if (p.kind == FIELD_GMRF) {
     uint side = field_level(words, p, level, 0u);
     uint at = (y % side) * side + x % side;
-    return uintBitsToFloat(
-        btfc_word(words, 1u, first + (subspace * p.all_channels + factor) * stride + at));
+    return uintBitsToFloat(btfc_word(words, 1u, first + (subspace * p.all_channels + factor) * stride + at));
   }
   int margin = int(field_level(words, p, level, 0u));
-  uint begin = p.kind == FIELD_CAR3D ? 0u : factor, end = p.kind == FIELD_CAR3D ? p.all_channels : factor + 1u;
+  uint begin = p.kind == FIELD_CAR3D ? 0u : factor,
+       end = p.kind == FIELD_CAR3D ? p.all_channels : factor + 1u;
   float sum = 0.0f;
   for (uint g = begin; g < end; ++g) {
     uint row = p.kind == FIELD_CAR3D ? (subspace * p.all_channels + factor) * p.all_channels + g
@@ -157,8 +157,8 @@ BTFC_FN float field_band(BTFC_WORDS words, FieldParams p, uint subspace, uint fa
         // Distances may exceed a short period.
         uint back_x = whole == 0u ? x - uint(dx) : x + whole - btfc_wrap(dx, whole, 1u);
         uint back_y = whole == 0u ? y - uint(dy) : y + whole - btfc_wrap(dy, whole, 1u);
-        int e = field_noise_integer(field_place(back_x, level, p.period), field_place(back_y, level, p.period),
-                                    stream);
+        int e = field_noise_integer(field_place(back_x, level, p.period),
+                                    field_place(back_y, level, p.period), stream);
         sum += h * (float(e) * FIELD_NOISE_UNIT);
       }
     }
@@ -224,7 +224,9 @@ BTFC_FN uint field_factor_word(FieldParams p, uint subspace, uint factor) {
   return p.subspace_word + subspace * field_record_words(p) + d + (p.kind == FIELD_CAR3D ? 0u : d * d) + 4u +
          factor * (p.levels + p.knots);
 }
-BTFC_FN float field_number(BTFC_WORDS words, uint word) { return uintBitsToFloat(btfc_word(words, 0u, word)); }
+BTFC_FN float field_number(BTFC_WORDS words, uint word) {
+  return uintBitsToFloat(btfc_word(words, 0u, word));
+}
 
 // A table's value at z, -3 … 3, linear between knots.
 BTFC_FN float field_knots(BTFC_WORDS words, uint table, uint knots, float z) {
@@ -245,8 +247,8 @@ BTFC_FN float field_marginal(BTFC_WORDS words, FieldParams p, uint factor_word, 
   if (level == 0u) return field_knots(words, table, p.knots, z);
   float away = 1.73205081f * field_number(words, factor_word + level);
   return (2.0f / 3.0f) * field_knots(words, table, p.knots, z) +
-         (1.0f / 6.0f) * (field_knots(words, table, p.knots, z - away) +
-                          field_knots(words, table, p.knots, z + away));
+         (1.0f / 6.0f) *
+             (field_knots(words, table, p.knots, z - away) + field_knots(words, table, p.knots, z + away));
 }
 
 // ---- subspaces of a pair of directions
@@ -276,8 +278,8 @@ BTFC_FN float field_gain(BTFC_WORDS words, FieldParams p, BTFC_IN(FieldBlend) b)
     float w = b.weight[i];
     if (w == 0.0f) continue;
     uint d = p.all_channels;
-    uint at = p.subspace_word + b.subspace[i] * field_record_words(p) + d +
-              (p.kind == FIELD_CAR3D ? 0u : d * d);
+    uint at =
+        p.subspace_word + b.subspace[i] * field_record_words(p) + d + (p.kind == FIELD_CAR3D ? 0u : d * d);
     vec3 s = vec3(field_number(words, at), field_number(words, at + 1u), field_number(words, at + 2u));
     float r = field_number(words, at + 3u);
     wanted += w * (s.x * s.x + s.y * s.y + s.z * s.z + r * r);
@@ -352,8 +354,8 @@ BTFC_FN float field_height(BTFC_WORDS words, FieldParams p, float u, float v) {
   return top + b * (bottom - top);
 }
 
-// The texel of the tile where a texel of `level` begins. Without a period places stand for signed coordinates: a
-// tile whose side is no power of two would have a seam at 0.
+// The texel of the tile where a texel of `level` begins. Without a period places stand for signed
+// coordinates: a tile whose side is no power of two would have a seam at 0.
 BTFC_FN uint field_tile_texel(FieldParams p, uint at, uint level, uint size) {
   uint texel = at << level;
   return p.period == 0u ? btfc_wrap(int(texel), size, 1u) : texel % size;
@@ -380,7 +382,8 @@ BTFC_FN vec2 field_slopes(BTFC_WORDS words, FieldParams p, float u, float v) {
 // (-along, down, 1): y points to the image's top.
 BTFC_FN float field_slope_shade(BTFC_IN(vec2) slopes, BTFC_IN(vec3) light) {
   vec3 l = btfc_upper_unit(light);
-  float cosine = (l.z + slopes.y * l.y - slopes.x * l.x) / sqrt(1.0f + slopes.x * slopes.x + slopes.y * slopes.y);
+  float cosine =
+      (l.z + slopes.y * l.y - slopes.x * l.x) / sqrt(1.0f + slopes.x * slopes.x + slopes.y * slopes.y);
   float shade = cosine / (l.z > FIELD_LEAST_COSINE ? l.z : FIELD_LEAST_COSINE);
   return shade > 0.0f ? (shade < FIELD_MOST_SHADE ? shade : FIELD_MOST_SHADE) : 0.0f;
 }
@@ -434,8 +437,8 @@ BTFC_FN vec4 field_deviation(BTFC_WORDS words, FieldParams p, uint subspace, BTF
   vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
   for (uint f = 0u; f < d; ++f) {
     if (p.kind == FIELD_CAR3D && (f < p.first_channel || f >= p.first_channel + p.channels)) continue;
-    float t = field_marginal(words, p, field_factor_word(p, subspace, f), field_value(words, p, subspace, f, at),
-                             at.smoothest);
+    float t = field_marginal(words, p, field_factor_word(p, subspace, f),
+                             field_value(words, p, subspace, f, at), at.smoothest);
     for (uint c = 0u; c < p.channels; ++c) {
       uint channel = p.first_channel + c;
       if (p.kind == FIELD_CAR3D) {
@@ -462,9 +465,7 @@ BTFC_FN float field_shade(BTFC_WORDS words, FieldParams p, BTFC_IN(FieldAt) at, 
                       field_tile_place(p, at.y, at.level, p.height), light);
 }
 
-BTFC_FN bool field_shifts(FieldParams p) {
-  return p.range_size != 0u && (p.options & FIELD_PARALLAX) != 0u;
-}
+BTFC_FN bool field_shifts(FieldParams p) { return p.range_size != 0u && (p.options & FIELD_PARALLAX) != 0u; }
 
 BTFC_FN vec4 field_eval(BTFC_WORDS words, FieldParams p, BTFC_IN(BtfcQuery) query) {
   BtfcQuery seen = query;

@@ -736,6 +736,38 @@ class DecodeTest(CommandTest):
             with self.subTest(wrong):
                 self.fails(USAGE, *encode, *wrong, says=wrong[0])
 
+    def test_unbounded(self):
+        picture, path, whole, part = (self.path(n) for n in ("grain.png", "grain.btfc", "whole.png", "part.png"))
+        self.ok("synth", "grain", "-o", picture, "--size", "64x64")
+        said = self.json("encode", picture, "-o", path, "--model", "car", "--levels", "2", "--json")
+        self.assertEqual((said["clusters"], said["unstable_after_repair"]), (1, 0))
+        self.ok("verify", path)
+        # A window of a window, far from the origin; equal but for the last step of a code.
+        self.ok("decode", path, "-o", whole, "--size", "40x30", "--origin=-1000000,77")
+        self.ok("decode", path, "-o", part, "--size", "8x6", "--origin=-999990,80")
+        width, _, channels, _, codes = files.read_png(whole)
+        inner = files.read_png(part)
+        for y in range(6):
+            for x in range(8 * channels):
+                self.assertLessEqual(abs(codes[(y + 3) * width * channels + 10 * channels + x] - inner[4][y * 8 * channels + x]), 1)
+        # A torus of 32 texels, and the same texels a period on.
+        self.ok("decode", path, "-o", whole, "--size", "64x32", "--periodic", "32")
+        width, height, channels, _, codes = files.read_png(whole)
+        row = 32 * channels
+        for y in range(height):
+            at = y * width * channels
+            self.assertEqual(codes[at:at + row], codes[at + row:at + 2 * row])
+        self.assertEqual(files.read_png(self.path("grain.png"))[:2], (64, 64))
+        out = self.path("none")
+        for option, value, says in (("--size", "0x4", "--size"), ("--size", "4", "--size"), ("--origin", "1", "--origin"),
+                                    ("--origin", "2147483647,0", "2^31"), ("--periodic", "3", "multiple of 2")):
+            self.fails(USAGE, "decode", path, "-o", out, option, value, says=says)
+        self.fails(USAGE, "decode", path, "-o", out, "--size", "4x4", "--region", "0,0,1,1", says="--region")
+        self.fails(USAGE, "decode", self.file, "-o", out, "--size", "4x4", says="not unbounded")
+        self.fails(USAGE, "decode", self.file, "-o", out, "--periodic", "4", says="not unbounded")
+        self.fails(USAGE, "encode", picture, "-o", out, "--model", "car", "--order", "41", says="--order")
+        self.assertFalse(Path(out).exists())
+
     def test_btf_mistakes(self):
         folder, path, picture = self.btf(), self.path("btf.btfc"), self.path("picture.png")
         self.ok("synth", "grain", "-o", picture, "--size", "32x32")
@@ -878,6 +910,17 @@ class DatasetTest(CommandTest):
         self.assertEqual(done.returncode, 0)
         self.assertIn("missing", done.stderr)
         self.assertEqual((json.loads(done.stdout)["pairs"], json.loads(done.stdout)["full_product"]), (5, False))
+        # Left out of the fit and reconstructed; the file answers for the sixth pair too.
+        path = self.path("gap.btfc")
+        done = run("encode", gap, "-o", path, "--model", "car", "--clusters", "2", "--range", "0", "--levels", "1",
+                   "--order", "2", "--missing", "model", "--json")
+        self.assertEqual((done.returncode, json.loads(done.stdout)["reconstructed_pairs"]), (0, 1), done.stderr)
+        self.assertEqual(self.json("info", path, "--json")["pairs"], 6)
+        told = run("compare", self.set, path, "--resample", "--measures", "psnr", "--json")
+        self.assertEqual(json.loads(told.stdout)["pairs"], 6)
+        self.assertLess(json.loads(told.stdout)["brdf_rmse_8bit"], 40)
+        self.fails(1, "compare", self.set, self.set, "--resample", says="--resample")
+        self.fails(1, "encode", gap, "-o", path, "--model", "pca", "--missing", "model", says="--missing")
 
     def test_errors(self):
         self.fails(1, "convert", says="INPUT")

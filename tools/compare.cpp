@@ -103,7 +103,8 @@ int compare_data(const CompareArguments& a, const MetricOptions& measures) {
   };
   const Result<Dataset> reference = side(a.a);
   if (!reference) return fail("compare", reference.error());
-  if (a.resample && !is_btfc(a.b)) return fail("compare", bad_argument("--resample is for a .btfc file as B"));
+  if (a.resample && !is_btfc(a.b))
+    return fail("compare", bad_argument("--resample is for a .btfc file as B"));
   const Result<Dataset> candidate =
       a.resample ? decode_dataset_like(a.b, reference->info(), a.dataset.scratch) : side(a.b);
   if (!candidate) return fail("compare", candidate.error());
@@ -234,8 +235,9 @@ Verb add_compare(CLI::App& app) {
       "A; A and B may differ in size, and then have no PSNR, RMSE, SSIM and peak; exit 0");
   verb->add_option("--measures", a->measures, "which of the slower measures (default ssim,mae_lab,flip)")
       ->type_name("psnr,ssim,…");
-  verb->add_flag("--resample", a->resample,
-                 "of data sets: B, a .btfc file, is decoded under A's directions and pairs, whatever its own are");
+  verb->add_flag(
+      "--resample", a->resample,
+      "of data sets: B, a .btfc file, is decoded under A's directions and pairs, whatever its own are");
   verb->add_option(
           "--sheet", a->sheet,
           "of data sets: also a picture of eight pairs, from the steepest to the most grazing, A above B")

@@ -59,8 +59,9 @@ Json dataset_metrics_json(const DatasetMetrics& m) {
 
 std::string dataset_metrics_text(const DatasetMetrics& m) {
   std::string text = fmt::format(
-      "{:<18} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "views", "pairs",
-      "psnr_db", "mean", "p5", "rmse", "peak", "ssim", "p5", "mae_lab", "p95", "flip", "p95", "brdf", "colours");
+      "{:<18} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "views",
+      "pairs", "psnr_db", "mean", "p5", "rmse", "peak", "ssim", "p5", "mae_lab", "p95", "flip", "p95", "brdf",
+      "colours");
   text += row("all", m.all) + '\n' + row("theta <= 45", m.steep) + '\n' + row("theta > 45", m.grazing);
   text += fmt::format("\ndiffering samples {} of {}", m.differing_samples, m.samples);
   return text;

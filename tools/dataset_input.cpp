@@ -16,10 +16,12 @@ std::string channel_list(const DatasetInfo& info) {
 
 void DatasetInput::attach(CLI::App& verb, bool models) {
   verb.add_option("--crop", crop, "of data sets: the texels to read (default: all)")->type_name("X,Y,W,H");
-  verb.add_option("--missing", missing,
-                  models ? "of data sets: images that the directions ask for and are not there; model: left out of the "
-                           "fit and reconstructed, by car, gmrf and car3d (default error)"
-                         : "of data sets: images that the directions ask for and are not there (default error)")
+  verb.add_option(
+          "--missing", missing,
+          models
+              ? "of data sets: images that the directions ask for and are not there; model: left out of the "
+                "fit and reconstructed, by car, gmrf and car3d (default error)"
+              : "of data sets: images that the directions ask for and are not there (default error)")
       ->check(CLI::IsMember(models ? std::vector<std::string>{"error", "skip", "model"}
                                    : std::vector<std::string>{"error", "skip"}))
       ->type_name(models ? "error|skip|model" : "error|skip");

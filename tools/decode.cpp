@@ -74,20 +74,22 @@ Result<Region> window_of(const Arguments& a, const btfc_texture* texture) {
   if (!a.size.empty()) {
     const auto n = split_numbers(a.size, 'x');
     if (!n || n->size() != 2 || (*n)[0] < 1 || (*n)[1] < 1 || (*n)[0] > kMaxSide || (*n)[1] > kMaxSide)
-      return bad_argument(fmt::format("--size is '{}', expected WxH, 1 to {} texels a side", a.size, kMaxSide));
+      return bad_argument(
+          fmt::format("--size is '{}', expected WxH, 1 to {} texels a side", a.size, kMaxSide));
     region.width = (*n)[0];
     region.height = (*n)[1];
   }
   if (!a.origin.empty()) {
     const std::size_t comma = std::min(a.origin.find(','), a.origin.size());
     const auto x = number_of(std::string_view(a.origin).substr(0, comma));
-    const auto y = comma < a.origin.size() ? number_of(std::string_view(a.origin).substr(comma + 1)) : std::nullopt;
+    const auto y =
+        comma < a.origin.size() ? number_of(std::string_view(a.origin).substr(comma + 1)) : std::nullopt;
     const auto whole = [](double v, std::uint32_t count) {
       return v == std::floor(v) && v >= INT32_MIN && v + count - 1 <= INT32_MAX;
     };
     if (!x || !y || !whole(*x, region.width) || !whole(*y, region.height)) {
-      return bad_argument(
-          fmt::format("--origin is '{}', expected X,Y: texels, with the window within -2^31 to 2^31 - 1", a.origin));
+      return bad_argument(fmt::format(
+          "--origin is '{}', expected X,Y: texels, with the window within -2^31 to 2^31 - 1", a.origin));
     }
     region.x = static_cast<std::int32_t>(*x);
     region.y = static_cast<std::int32_t>(*y);
@@ -103,8 +105,8 @@ std::string output_path(const std::string& output, const char* map, bool several
   return output.substr(0, dot) + '-' + map + output.substr(dot);
 }
 
-Result<Done> write_map(const btfc_texture* texture, btfc_scratch* scratch, std::uint32_t map, const btfc_directions& directions,
-                       const Region& region, const std::string& path) {
+Result<Done> write_map(const btfc_texture* texture, btfc_scratch* scratch, std::uint32_t map,
+                       const btfc_directions& directions, const Region& region, const std::string& path) {
   btfc_map_info info{};
   btfc_texture_map_info(texture, map, &info);
   ImageHeader header;
@@ -128,7 +130,8 @@ Result<Done> write_map(const btfc_texture* texture, btfc_scratch* scratch, std::
 // All pairs of directions.
 int decode_all(const Arguments& a, const btfc_texture* texture) {
   const auto stop = [](const Error& e) { return fail("decode", e); };
-  if (!a.map.empty() || !a.region.empty() || !a.view.empty() || !a.light.empty() || a.footprint || a.window()) {
+  if (!a.map.empty() || !a.region.empty() || !a.view.empty() || !a.light.empty() || a.footprint ||
+      a.window()) {
     return stop(bad_argument(
         "--directions all decodes all there is, without --map, --region, --size, --origin, --view, --light, "
         "--footprint"));
@@ -163,10 +166,10 @@ std::optional<int> write_exchanged(const Arguments& a) {
   if (exchange == nullptr || extension != exchange->extension) return std::nullopt;
   if (!a.map.empty() || !a.region.empty() || !a.view.empty() || !a.light.empty() || !a.directions.empty() ||
       a.levels || a.footprint || a.window() || a.period != 0 || !a.relief.empty()) {
-    return stop(
-        bad_argument(fmt::format("a .{} file takes all there is, without --map, --region, --view, "
-                                 "--light, --directions, --levels, --footprint, --size, --origin, --periodic, --relief",
-                                 extension)));
+    return stop(bad_argument(
+        fmt::format("a .{} file takes all there is, without --map, --region, --view, "
+                    "--light, --directions, --levels, --footprint, --size, --origin, --periodic, --relief",
+                    extension)));
   }
   const Result<Bytes> bytes = exchange->write(opened->head, opened->parm, chunk_reader(source, *opened));
   if (!bytes) return stop(placed(a.input, bytes.error()));
@@ -200,8 +203,10 @@ int run(const Arguments& a) {
   if (const auto parsed = parse_direction("light", a.light, directions.light); !parsed)
     return stop(parsed.error());
   if (a.window() && btfc_texture_unbounded(texture->get()) == 0)
-    return stop(bad_argument(fmt::format("'{}' is not unbounded: --size and --origin do not apply", a.input)));
-  const Result<Region> region = a.window() ? window_of(a, texture->get()) : region_of(a.region, texture->get());
+    return stop(
+        bad_argument(fmt::format("'{}' is not unbounded: --size and --origin do not apply", a.input)));
+  const Result<Region> region =
+      a.window() ? window_of(a, texture->get()) : region_of(a.region, texture->get());
   if (!region) return stop(region.error());
   std::uint32_t first = 0, end = btfc_texture_maps(texture->get());
   if (!a.map.empty()) {
@@ -239,14 +244,16 @@ Verb add_decode(CLI::App& app) {
       ->type_name("OUT.png|.exr|.ptm|DIR");
   verb->add_option("--map", a->map, "only this map")->type_name("NAME");
   verb->add_option("--region", a->region, "only these texels")->type_name("X,Y,W,H");
-  verb->add_option("--size", a->size, "of an unbounded texture: so many texels (default: the analysed tile's)")
+  verb->add_option("--size", a->size,
+                   "of an unbounded texture: so many texels (default: the analysed tile's)")
       ->type_name("WxH");
   verb->add_option("--origin", a->origin, "of an unbounded texture: the top left texel (default 0,0)")
       ->type_name("X,Y");
   verb->add_option("--periodic", a->period, "of an unbounded texture: repeat every N texels, without seams")
       ->type_name("N");
-  verb->add_option("--relief", a->relief,
-                   "of a range map: bump filter, none, cast shadows, parallax, or both of these (default bump)")
+  verb->add_option(
+          "--relief", a->relief,
+          "of a range map: bump filter, none, cast shadows, parallax, or both of these (default bump)")
       ->check(CLI::IsMember({"bump", "none", "shadow", "parallax", "both"}))
       ->type_name("KIND");
   verb->add_option("--view", a->view, "of a BTF: the view in degrees, theta,phi (default 0,0)")

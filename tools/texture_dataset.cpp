@@ -81,7 +81,8 @@ std::vector<btfc_directions> directions_of(const std::vector<Direction>& list) {
 
 // Every pair of `info`; views and lights hold their vectors as `view`.
 Result<Dataset> decode_pairs(const Head& head, const btfc_texture* texture, const DatasetInfo& info,
-                             const std::vector<btfc_directions>& views, const std::vector<btfc_directions>& lights,
+                             const std::vector<btfc_directions>& views,
+                             const std::vector<btfc_directions>& lights,
                              const std::string& scratch_directory) {
   Result<Dataset> created = Dataset::create(info, scratch_directory);
   if (!created) return created.error();

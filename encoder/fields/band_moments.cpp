@@ -19,9 +19,14 @@ constexpr double kLeastEigenvalue = 1e-6;
 // r(dx, dy) = mean of a(x, y) b(x + dx, y + dy), -lag … lag both ways, their means taken off.
 class Covariance {
  public:
-  explicit Covariance(int lag) : lag_(lag), values_(static_cast<std::size_t>((2 * lag + 1) * (2 * lag + 1))) {}
-  double& at(int dx, int dy) { return values_[static_cast<std::size_t>((dy + lag_) * (2 * lag_ + 1) + dx + lag_)]; }
-  double at(int dx, int dy) const { return values_[static_cast<std::size_t>((dy + lag_) * (2 * lag_ + 1) + dx + lag_)]; }
+  explicit Covariance(int lag)
+      : lag_(lag), values_(static_cast<std::size_t>((2 * lag + 1) * (2 * lag + 1))) {}
+  double& at(int dx, int dy) {
+    return values_[static_cast<std::size_t>((dy + lag_) * (2 * lag_ + 1) + dx + lag_)];
+  }
+  double at(int dx, int dy) const {
+    return values_[static_cast<std::size_t>((dy + lag_) * (2 * lag_ + 1) + dx + lag_)];
+  }
 
  private:
   int lag_;
@@ -67,13 +72,16 @@ constexpr std::array<double, 9> kKernel = [] {
 }();
 
 Covariance expanded(const Covariance& coarse) {
-  const auto weight = [](int lag) { return std::abs(lag) <= 4 ? kKernel[static_cast<std::size_t>(lag + 4)] : 0.0; };
+  const auto weight = [](int lag) {
+    return std::abs(lag) <= 4 ? kKernel[static_cast<std::size_t>(lag + 4)] : 0.0;
+  };
   Covariance r(kLag);
   for (int dy = -kLag; dy <= kLag; ++dy) {
     for (int dx = -kLag; dx <= kLag; ++dx) {
       double sum = 0;
       for (int v = -kCoarseLag; v <= kCoarseLag; ++v) {
-        for (int u = -kCoarseLag; u <= kCoarseLag; ++u) sum += weight(dx - 2 * u) * weight(dy - 2 * v) * coarse.at(u, v);
+        for (int u = -kCoarseLag; u <= kCoarseLag; ++u)
+          sum += weight(dx - 2 * u) * weight(dy - 2 * v) * coarse.at(u, v);
       }
       r.at(dx, dy) = sum;
     }
@@ -85,13 +93,14 @@ void keep_positive(MatrixD& m) {
   const Eigen::SelfAdjointEigenSolver<MatrixD> solver(m);
   const double floor = kLeastEigenvalue * std::max(0.0, m.trace()) / static_cast<double>(m.rows());
   if (solver.eigenvalues()(0) >= floor) return;
-  m = solver.eigenvectors() * solver.eigenvalues().cwiseMax(floor).asDiagonal() * solver.eigenvectors().transpose();
+  m = solver.eigenvectors() * solver.eigenvalues().cwiseMax(floor).asDiagonal() *
+      solver.eigenvectors().transpose();
 }
 
 }  // namespace
 
-NeighbourMoments band_moments(std::span<const FieldPlane> fine, std::span<const FieldPlane> coarse, Neighbourhood kind,
-                              bool wraps) {
+NeighbourMoments band_moments(std::span<const FieldPlane> fine, std::span<const FieldPlane> coarse,
+                              Neighbourhood kind, bool wraps) {
   NeighbourMoments m = neighbour_moments(fine, kind, wraps);
   if (coarse.empty()) return m;
   // Offsets of row and column groups: of candidates one or two places, of the texel itself one.

@@ -17,10 +17,12 @@ ColourFactors colour_factors(const std::vector<FieldPlane>& channels, const std:
   MatrixD covariance = MatrixD::Zero(d, d);
   for (Eigen::Index i = 0; i < d; ++i) {
     for (Eigen::Index j = i; j < d; ++j) {
-      const auto &a = channels[static_cast<std::size_t>(i)].values, &b = channels[static_cast<std::size_t>(j)].values;
+      const auto &a = channels[static_cast<std::size_t>(i)].values,
+                 &b = channels[static_cast<std::size_t>(j)].values;
       double sum = 0;
       for (std::size_t t = 0; t < texels; ++t)
-        sum += (a[t] - out.mean[static_cast<std::size_t>(i)]) * (b[t] - out.mean[static_cast<std::size_t>(j)]);
+        sum +=
+            (a[t] - out.mean[static_cast<std::size_t>(i)]) * (b[t] - out.mean[static_cast<std::size_t>(j)]);
       covariance(i, j) = covariance(j, i) = sum / static_cast<double>(texels);
     }
   }

@@ -23,7 +23,8 @@ FieldPlane reduce(const FieldPlane& fine, bool wraps) {
     for (std::uint32_t x = 0; x < rows.width; ++x) {
       double sum = 0;
       for (int i = -2; i <= 2; ++i)
-        sum += kKernel[static_cast<std::size_t>(i + 2)] * fine.at(fold(std::int64_t{2} * x + i, fine.width, wraps), y);
+        sum += kKernel[static_cast<std::size_t>(i + 2)] *
+               fine.at(fold(std::int64_t{2} * x + i, fine.width, wraps), y);
       rows.values[std::size_t{y} * rows.width + x] = sum;
     }
   }
@@ -33,7 +34,8 @@ FieldPlane reduce(const FieldPlane& fine, bool wraps) {
     for (std::uint32_t x = 0; x < out.width; ++x) {
       double sum = 0;
       for (int i = -2; i <= 2; ++i)
-        sum += kKernel[static_cast<std::size_t>(i + 2)] * rows.at(x, fold(std::int64_t{2} * y + i, fine.height, wraps));
+        sum += kKernel[static_cast<std::size_t>(i + 2)] *
+               rows.at(x, fold(std::int64_t{2} * y + i, fine.height, wraps));
       out.values[std::size_t{y} * out.width + x] = sum;
     }
   }

@@ -43,7 +43,9 @@ std::vector<Eigen::Index> used_rows(const NeighbourMoments& m, std::uint64_t mas
   return rows;
 }
 
-float round_to(double value, Precision precision) { return rounded(static_cast<float>(value), precision, {}); }
+float round_to(double value, Precision precision) {
+  return rounded(static_cast<float>(value), precision, {});
+}
 
 // Largest rho <= 1 that is good; good(0) holds.
 template <class Good>
@@ -65,7 +67,7 @@ double likelihood_lost(double samples, double before, double after, std::size_t 
 // One level's recursion with given coefficients: its noise, and how far it reaches.
 struct Settled {
   std::vector<float> numbers;
-  std::vector<double> tail;  // by margin: a bound on the error of values
+  std::vector<double> tail;        // by margin: a bound on the error of values
   std::uint32_t least_margin = 4;  // from which on rule FD6 is kept, well clear of its limits
   double radius = 0;
   bool good = false;
@@ -184,7 +186,8 @@ std::vector<double> estimate_coefficients(const NeighbourMoments& m, std::uint64
   return out;
 }
 
-MatrixD residual_covariance(const NeighbourMoments& m, std::uint64_t mask, const std::vector<double>& coefficients) {
+MatrixD residual_covariance(const NeighbourMoments& m, std::uint64_t mask,
+                            const std::vector<double>& coefficients) {
   const std::vector<Eigen::Index> rows = used_rows(m, mask);
   const auto n = as_index(rows.size()), d = as_index(m.planes);
   // (I, -A) times the moments of (y, x) times its transpose.
@@ -205,7 +208,8 @@ MatrixD residual_covariance(const NeighbourMoments& m, std::uint64_t mask, const
   return select * v * select.transpose();
 }
 
-double prediction_error(const NeighbourMoments& m, std::uint64_t mask, const std::vector<double>& coefficients) {
+double prediction_error(const NeighbourMoments& m, std::uint64_t mask,
+                        const std::vector<double>& coefficients) {
   return std::max(0.0, residual_covariance(m, mask, coefficients).trace() / static_cast<double>(m.planes));
 }
 
@@ -228,9 +232,8 @@ LevelModel settle_recursion(const NeighbourMoments& moments, std::uint64_t mask,
   const std::vector<double> raw = estimate_coefficients(moments, mask);
   LevelModel model;
   model.radius = recursion_radius(offsets, raw, d);
-  model.shrink = largest_good([&](double rho) {
-    return settle(moments, mask, offsets, shrunk(offsets, raw, d, rho), demand).good;
-  });
+  model.shrink = largest_good(
+      [&](double rho) { return settle(moments, mask, offsets, shrunk(offsets, raw, d, rho), demand).good; });
   const std::vector<double> kept = shrunk(offsets, raw, d, model.shrink);
   Settled s = settle(moments, mask, offsets, kept, demand);
   model.repaired_radius = s.radius;

@@ -14,7 +14,8 @@ namespace btfc {
 std::vector<double> estimate_coefficients(const NeighbourMoments& moments, std::uint64_t mask);
 
 // The mean square, over planes, of what the coefficients do not predict (lambda / beta of eq. 8).
-double prediction_error(const NeighbourMoments& moments, std::uint64_t mask, const std::vector<double>& coefficients);
+double prediction_error(const NeighbourMoments& moments, std::uint64_t mask,
+                        const std::vector<double>& coefficients);
 
 // The covariance of what they do not predict, d x d.
 MatrixD residual_covariance(const NeighbourMoments& moments, std::uint64_t mask,
@@ -46,20 +47,20 @@ struct LevelDemand {
 };
 
 struct LevelModel {
-  std::vector<float> numbers;    // as FLDS holds them, rounded to the precision
-  std::uint32_t margin = 4;      // within which the demanded error is kept; gmrf: 0
-  std::vector<double> tail;      // by margin, 0 … kMostFittedMargin: a bound on what it leaves out of values
-  double radius = 0;             // of the coefficients as estimated, recursion_stability.h; gmrf: 1 - the least
-                                 // denominator of the spectrum
+  std::vector<float> numbers;  // as FLDS holds them, rounded to the precision
+  std::uint32_t margin = 4;    // within which the demanded error is kept; gmrf: 0
+  std::vector<double> tail;    // by margin, 0 … kMostFittedMargin: a bound on what it leaves out of values
+  double radius = 0;           // of the coefficients as estimated, recursion_stability.h; gmrf: 1 - the least
+                               // denominator of the spectrum
   double repaired_radius = 0;
-  double shrink = 1;             // rho
-  double likelihood_lost = 0;    // nats: samples / 2 log(prediction error after / before), planes together
+  double shrink = 1;           // rho
+  double likelihood_lost = 0;  // nats: samples / 2 log(prediction error after / before), planes together
 };
 
 inline constexpr std::uint32_t kMostFittedMargin = 127;
 
-// Shrinks the coefficients a_s rho^(|dx| + |dy|) with the largest rho <= 1 that makes the recursion stable and
-// lets it die away to the demanded error within kMostFittedMargin texels; then sets the noise so that the
+// Shrinks the coefficients a_s rho^(|dx| + |dy|) with the largest rho <= 1 that makes the recursion stable
+// and lets it die away to the demanded error within kMostFittedMargin texels; then sets the noise so that the
 // field has the demanded variance.
 LevelModel settle_recursion(const NeighbourMoments& moments, std::uint64_t mask, const LevelDemand& demand);
 

@@ -40,17 +40,20 @@ std::vector<float> marginal_table(const FieldPlane& plane, std::uint32_t knots) 
   for (std::uint32_t i = 0; i < knots; ++i) {
     const double score = double{FIELD_TABLE_END} * (2.0 * i / (knots - 1) - 1);
     const double share = 0.5 * std::erfc(-score / std::sqrt(2.0));
-    const double at = std::clamp(share * static_cast<double>(sorted.size()) - 0.5, 0.0, static_cast<double>(sorted.size() - 1));
+    const double at = std::clamp(share * static_cast<double>(sorted.size()) - 0.5, 0.0,
+                                 static_cast<double>(sorted.size() - 1));
     const auto below = static_cast<std::size_t>(at);
     const std::size_t above = std::min(below + 1, sorted.size() - 1);
-    table.push_back(static_cast<float>(sorted[below] + (at - static_cast<double>(below)) * (sorted[above] - sorted[below])));
+    table.push_back(static_cast<float>(sorted[below] +
+                                       (at - static_cast<double>(below)) * (sorted[above] - sorted[below])));
   }
   return table;
 }
 
 double steepest(const std::vector<float>& table) {
   double most = 0;
-  for (std::size_t i = 1; i < table.size(); ++i) most = std::max(most, std::fabs(double{table[i]} - double{table[i - 1]}));
+  for (std::size_t i = 1; i < table.size(); ++i)
+    most = std::max(most, std::fabs(double{table[i]} - double{table[i - 1]}));
   return most * static_cast<double>(table.size() - 1) / (2 * double{FIELD_TABLE_END});
 }
 

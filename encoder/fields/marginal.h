@@ -7,7 +7,8 @@
 namespace btfc {
 
 // Each value's normal score, the quantile of the standard normal distribution at its rank; equal values share
-// their mean rank. (Heitz and Neyret 2018 gaussianise so, in the decorrelated colours of Deliot and Heitz 2019.)
+// their mean rank. (Heitz and Neyret 2018 gaussianise so, in the decorrelated colours of Deliot and Heitz
+// 2019.)
 FieldPlane normal_scores(const FieldPlane& plane);
 
 // Quantiles of the values at the scores of `knots` knots from -3 to 3 (spec/models/car.md section 5.5).

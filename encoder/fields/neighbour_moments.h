@@ -16,7 +16,9 @@ struct NeighbourMoments {
   MatrixD moments;
   double samples = 0;
   std::size_t planes = 1;
-  Eigen::Index at(std::size_t candidate, std::size_t plane = 0) const { return as_index(candidate * planes + plane); }
+  Eigen::Index at(std::size_t candidate, std::size_t plane = 0) const {
+    return as_index(candidate * planes + plane);
+  }
   Eigen::Index own(std::size_t plane = 0) const { return as_index(kFieldCandidates * planes + plane); }
 };
 

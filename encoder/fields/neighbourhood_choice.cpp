@@ -16,7 +16,8 @@ MatrixD summed(const NeighbourMoments& m) {
   MatrixD out = MatrixD::Zero(n, n);
   const auto planes = static_cast<Eigen::Index>(m.planes);
   for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = 0; j < n; ++j) out(i, j) = m.moments.block(i * planes, j * planes, planes, planes).sum();
+    for (Eigen::Index j = 0; j < n; ++j)
+      out(i, j) = m.moments.block(i * planes, j * planes, planes, planes).sum();
   }
   return out;
 }
@@ -30,8 +31,8 @@ void sweep(MatrixD& a, Eigen::Index s) {
 
 }  // namespace
 
-std::uint64_t choose_neighbourhood(std::span<const NeighbourMoments> moments, std::optional<std::uint32_t> order,
-                                   std::uint32_t most) {
+std::uint64_t choose_neighbourhood(std::span<const NeighbourMoments> moments,
+                                   std::optional<std::uint32_t> order, std::uint32_t most) {
   constexpr Eigen::Index kOwn = kFieldCandidates;
   std::vector<MatrixD> left;
   std::vector<Eigen::VectorXd> whole;

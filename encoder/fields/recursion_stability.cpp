@@ -37,7 +37,8 @@ double companion_radius(const std::vector<MatrixC>& b, Eigen::Index d) {
 
 }  // namespace
 
-double recursion_radius(std::span<const FieldOffset> offsets, std::span<const double> coefficients, std::size_t d) {
+double recursion_radius(std::span<const FieldOffset> offsets, std::span<const double> coefficients,
+                        std::size_t d) {
   const auto n = static_cast<Eigen::Index>(d);
   const auto matrix = [&](std::size_t s) {
     MatrixC a(n, n);
@@ -75,8 +76,8 @@ double recursion_radius(std::span<const FieldOffset> offsets, std::span<const do
   return radius;
 }
 
-std::vector<double> shrunk(std::span<const FieldOffset> offsets, std::span<const double> coefficients, std::size_t d,
-                           double rho) {
+std::vector<double> shrunk(std::span<const FieldOffset> offsets, std::span<const double> coefficients,
+                           std::size_t d, double rho) {
   std::vector<double> out(coefficients.begin(), coefficients.end());
   for (std::size_t s = 0; s < offsets.size(); ++s) {
     const double factor = std::pow(rho, std::abs(offsets[s].dx) + std::abs(offsets[s].dy));

@@ -12,8 +12,9 @@ namespace {
 constexpr int kSteps = 20;
 
 // The filter at strength 1 for every texel.
-std::vector<float> shades(std::span<const float> heights, std::uint32_t range_width, std::uint32_t range_height,
-                          const std::array<float, 3>& light, std::uint32_t width, std::uint32_t height) {
+std::vector<float> shades(std::span<const float> heights, std::uint32_t range_width,
+                          std::uint32_t range_height, const std::array<float, 3>& light, std::uint32_t width,
+                          std::uint32_t height) {
   std::vector<std::uint32_t> slot = {0};
   for (const float h : heights) slot.push_back(std::bit_cast<std::uint32_t>(h));
   const BtfcWords words = {{slot.data(), nullptr, nullptr, nullptr}};
@@ -36,11 +37,13 @@ double filter(float shade, double strength) { return 1 + strength * (double{shad
 }  // namespace
 
 float take_relief_off(std::span<const float> heights, std::uint32_t range_width, std::uint32_t range_height,
-                      std::span<const std::array<float, 3>> lights, std::vector<std::vector<FieldPlane>>& images) {
+                      std::span<const std::array<float, 3>> lights,
+                      std::vector<std::vector<FieldPlane>>& images) {
   std::array<double, kSteps + 1> cost{};
   std::vector<std::vector<float>> all;
   for (std::size_t k = 0; k < images.size(); ++k) {
-    all.push_back(shades(heights, range_width, range_height, lights[k], images[k][0].width, images[k][0].height));
+    all.push_back(
+        shades(heights, range_width, range_height, lights[k], images[k][0].width, images[k][0].height));
     for (int step = 0; step <= kSteps; ++step) {
       const double strength = static_cast<double>(step) / kSteps;
       for (const FieldPlane& plane : images[k]) {

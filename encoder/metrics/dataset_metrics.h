@@ -25,12 +25,12 @@ struct GroupMetrics {
   double psnr_db = 0, rmse_8bit = 0, peak_8bit = 0;
   double mean_psnr_db = 0;                 // the mean of the pairs' PSNR, each at most kMostPsnrDb
   double ssim = 0, mae_lab = 0, flip = 0;  // means over pairs
-  // Of what the texels of an image have in common, for models that do not keep them in place: the error of the
-  // mean BRDF (root of the mean square over pairs and channels), and the mean over pairs of the distance of colours
-  // (the root of the distance of colour_histograms, segment/colour_histograms.h; with mae_lab).
+  // Of what the texels of an image have in common, for models that do not keep them in place: the error of
+  // the mean BRDF (root of the mean square over pairs and channels), and the mean over pairs of the distance
+  // of colours (the root of the distance of colour_histograms, segment/colour_histograms.h; with mae_lab).
   double brdf_rmse_8bit = 0, colours = 0;
-  double psnr_db_p5 = 0, ssim_p5 = 0;      // the worst twentieth of the pairs begins here: 5th percentiles,
-  double mae_lab_p95 = 0, flip_p95 = 0;    // and 95th; linear between ranks
+  double psnr_db_p5 = 0, ssim_p5 = 0;    // the worst twentieth of the pairs begins here: 5th percentiles,
+  double mae_lab_p95 = 0, flip_p95 = 0;  // and 95th; linear between ranks
 };
 
 struct ViewMetrics {

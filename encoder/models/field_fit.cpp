@@ -26,11 +26,13 @@ namespace {
 constexpr auto kOptions = [] {
   constexpr OptionSpec kOwn[] = {
       {"bands", "power|laplacian",
-       "levels add up by their powers, or are the planes of the Laplacian pyramid as the paper has it (default power)"},
+       "levels add up by their powers, or are the planes of the Laplacian pyramid as the paper has it "
+       "(default power)"},
       {"error", "E", "the most that a texel made alone may differ by, of a range of 1 (default 1/2046)"},
   };
   std::array<OptionSpec, std::size(kFieldOptions) + std::size(kOwn)> all{};
-  std::copy(std::begin(kOwn), std::end(kOwn), std::copy(std::begin(kFieldOptions), std::end(kFieldOptions), all.begin()));
+  std::copy(std::begin(kOwn), std::end(kOwn),
+            std::copy(std::begin(kFieldOptions), std::end(kFieldOptions), all.begin()));
   return all;
 }();
 
@@ -45,14 +47,14 @@ struct SubspaceFactors {
   std::vector<double> mean;
   MatrixD basis;
   std::vector<FieldPlane> planes;                // normal scores, or values where there are no tables
-  std::vector<std::vector<float>> tables;   // of the factors
+  std::vector<std::vector<float>> tables;        // of the factors
   std::vector<std::vector<FieldPlane>> pyramid;  // of each factor, Gaussian or Laplacian
 };
 
 enum class Bands { power, laplacian };
 
-SubspaceFactors factors_of(const std::vector<FieldPlane>& channels, const FieldShape& shape, bool wraps, Bands bands,
-                           const std::optional<MatrixD>& like) {
+SubspaceFactors factors_of(const std::vector<FieldPlane>& channels, const FieldShape& shape, bool wraps,
+                           Bands bands, const std::optional<MatrixD>& like) {
   SubspaceFactors out;
   std::vector<FieldPlane> factors;
   if (shape.coupled()) {
@@ -88,12 +90,13 @@ double sensitivity(const SubspaceFactors& s, std::size_t factor) {
 
 // The chosen neighbourhoods and settled models of a level.
 struct LevelFit {
-  std::vector<std::uint64_t> masks;            // by factor, of car3d one
+  std::vector<std::uint64_t> masks;             // by factor, of car3d one
   std::vector<std::vector<LevelModel>> models;  // by subspace, then factor (car3d: one)
 };
 
-LevelFit fit_level(const FieldShape& shape, const std::vector<SubspaceFactors>& subspaces, std::uint32_t level,
-                   bool wraps, Bands bands, std::optional<std::uint32_t> order, double error) {
+LevelFit fit_level(const FieldShape& shape, const std::vector<SubspaceFactors>& subspaces,
+                   std::uint32_t level, bool wraps, Bands bands, std::optional<std::uint32_t> order,
+                   double error) {
   const std::uint32_t most = subspaces.size() > 1 ? kMostOfMany : kMostOfOne;
   const std::size_t d = shape.factors, groups = shape.masks_per_level();
   const auto kind = shape.kind == FieldKind::gmrf ? Neighbourhood::symmetric : Neighbourhood::causal;
@@ -236,7 +239,8 @@ Result<FitResult> field_fit(const FitInput& input, const FitSettings& settings) 
     std::vector<SubspaceFactors> subspaces(clusters);
     subspaces[0] = factors_of(analysed->channels[0], shape, analysed->wraps, bands, std::nullopt);
     (void)for_each_index(clusters - 1, [&](std::size_t k) -> Result<Done> {
-      subspaces[k + 1] = factors_of(analysed->channels[k + 1], shape, analysed->wraps, bands, subspaces[0].basis);
+      subspaces[k + 1] =
+          factors_of(analysed->channels[k + 1], shape, analysed->wraps, bands, subspaces[0].basis);
       return Done{};
     });
 
@@ -249,7 +253,8 @@ Result<FitResult> field_fit(const FitInput& input, const FitSettings& settings) 
     payload.records = records_of(shape, subspaces);
     shape.masks.clear();
     // Levels and factors share the error; half of it is left to what runs out of a window and back.
-    const double share = 0.5 * std::max(0.0, error - kRounding) / (shape.levels * (shape.coupled() ? 1 : shape.factors));
+    const double share =
+        0.5 * std::max(0.0, error - kRounding) / (shape.levels * (shape.coupled() ? 1 : shape.factors));
     double reached = kRounding, lost = 0, worst_shrink = 1, worst_radius = 0;
     std::size_t models = 0, unstable = 0, after = 0, shrunk_models = 0;
     for (std::uint32_t l = 0; l < shape.levels; ++l) {
@@ -296,7 +301,9 @@ Result<FitResult> field_fit(const FitInput& input, const FitSettings& settings) 
     result->chunks = field_write(head, shape, payload);
     result->meta[fmt::format("{}.seed", find_model(kModel)->name)] = std::to_string(settings.seed);
     result->report = analysed->report;
-    const auto number = [&](const char* name, const std::string& value) { result->report.push_back({name, value}); };
+    const auto number = [&](const char* name, const std::string& value) {
+      result->report.push_back({name, value});
+    };
     number("clusters", std::to_string(clusters));
     number("error", fmt::format("{:.3g}", reached));
     number("models", std::to_string(models));

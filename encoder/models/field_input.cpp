@@ -35,12 +35,13 @@ Result<FieldInput> input_of_images(ModelId model, const std::vector<NamedImage>&
   for (const NamedImage& map : maps) {
     const Image& image = map.image;
     if (image.width != out.head.width || image.height != out.head.height) {
-      return bad_argument(fmt::format("map '{}' has {}x{} texels, expected {}x{} as '{}'", map.name, image.width,
-                                      image.height, out.head.width, out.head.height, maps[0].name));
+      return bad_argument(fmt::format("map '{}' has {}x{} texels, expected {}x{} as '{}'", map.name,
+                                      image.width, image.height, out.head.width, out.head.height,
+                                      maps[0].name));
     }
     if (image.width > kMaxSide || image.height > kMaxSide)
-      return bad_argument(fmt::format("map '{}' has {}x{} texels, expected at most {} a side", map.name, image.width,
-                                      image.height, kMaxSide));
+      return bad_argument(fmt::format("map '{}' has {}x{} texels, expected at most {} a side", map.name,
+                                      image.width, image.height, kMaxSide));
     out.head.maps.push_back({map.name, image.channels, image.type, image.colour_space, image.alpha});
     for (FieldPlane& plane : planes_of(image)) out.channels[0].push_back(std::move(plane));
   }
@@ -62,7 +63,8 @@ void code_range(const RangeMap& map, const FieldShape& shape, FieldInput& out) {
   out.height_step = (*high - *low) / static_cast<float>(most);
   for (const float h : map.heights) {
     const float code = out.height_step > 0 ? (h - *low) / out.height_step : 0;
-    out.range.push_back(static_cast<std::uint16_t>(std::lround(std::clamp(code, 0.0f, static_cast<float>(most)))));
+    out.range.push_back(
+        static_cast<std::uint16_t>(std::lround(std::clamp(code, 0.0f, static_cast<float>(most)))));
   }
 }
 

@@ -31,7 +31,8 @@ double energy(const std::vector<float>& values) {
 }
 
 // Variances of one response, expanded 0, 1, 2 … times.
-void add_response(const float* response, std::uint32_t margin, std::uint32_t level, std::vector<double>& variances) {
+void add_response(const float* response, std::uint32_t margin, std::uint32_t level,
+                  std::vector<double>& variances) {
   FieldWindow window{-static_cast<std::int64_t>(margin), 0, 2 * margin + 1, margin + 1};
   std::vector<float> h(response, response + window.texels());
   double variance = energy(h);
@@ -42,7 +43,8 @@ void add_response(const float* response, std::uint32_t margin, std::uint32_t lev
     FieldWindow wider{window.x - 4, window.y - 4, window.width + 8, window.height + 8};
     std::vector<float> padded(wider.texels());
     for (std::uint32_t y = 0; y < window.height; ++y)
-      std::copy_n(&h[std::size_t{y} * window.width], window.width, &padded[std::size_t{y + 4} * wider.width + 4]);
+      std::copy_n(&h[std::size_t{y} * window.width], window.width,
+                  &padded[std::size_t{y + 4} * wider.width + 4]);
     window = {2 * window.x - 2, 2 * window.y - 2, 2 * window.width + 4, 2 * window.height + 4};
     h.assign(window.texels(), 0.0f);
     field_expand_add(padded.data(), wider, window, h.data());
@@ -62,7 +64,8 @@ std::vector<double> factor_variances(const LoadedItem& item, const FieldParams& 
       const FieldWindow torus{0, 0, side, side};
       const std::vector<float> values = field_collapse(item, p, m, m, subspaces, torus);
       const auto own = values.begin() + static_cast<std::ptrdiff_t>(factor * torus.texels());
-      variances[m] = energy({own, own + static_cast<std::ptrdiff_t>(torus.texels())}) / static_cast<double>(torus.texels());
+      variances[m] = energy({own, own + static_cast<std::ptrdiff_t>(torus.texels())}) /
+                     static_cast<double>(torus.texels());
     }
     return variances;
   }
@@ -70,10 +73,12 @@ std::vector<double> factor_variances(const LoadedItem& item, const FieldParams& 
   for (std::uint32_t l = 0; l < p.levels; ++l) {
     const std::uint32_t* record = &item.words[0][p.level_word + FIELD_LEVEL_WORDS * l];
     for (std::uint32_t g = 0; g < (coupled ? p.all_channels : 1); ++g) {
-      const std::size_t row = (std::size_t{subspace} * p.all_channels + factor) * (coupled ? p.all_channels : 1) + g;
+      const std::size_t row =
+          (std::size_t{subspace} * p.all_channels + factor) * (coupled ? p.all_channels : 1) + g;
       const std::uint32_t* words = &item.words[1][record[1] + row * record[2]];
       std::vector<float> response(record[2]);
-      std::transform(words, words + record[2], response.begin(), [](std::uint32_t w) { return std::bit_cast<float>(w); });
+      std::transform(words, words + record[2], response.begin(),
+                     [](std::uint32_t w) { return std::bit_cast<float>(w); });
       add_response(response.data(), record[0], l, variances);
     }
   }
@@ -96,10 +101,12 @@ std::vector<std::array<float, 4>> subspace_signatures(const LoadedItem& item, co
       const std::size_t texel = t / kSide * kSignatureStep * kSignatureSide + t % kSide * kSignatureStep;
       std::vector<double> deviation(d);
       for (std::uint32_t f = 0; f < d; ++f) {
-        const double v = double{field_marginal(words, p, field_factor_word(p, subspace, f), factors[f * window.texels() + texel], 0)};
+        const double v = double{field_marginal(words, p, field_factor_word(p, subspace, f),
+                                               factors[f * window.texels() + texel], 0)};
         for (std::uint32_t n = 0; n < d; ++n) {
-          const double b = p.kind == FIELD_CAR3D ? (n == f ? 1.0 : 0.0)
-                                                 : double{field_number(words, basis + n * p.all_channels + f)};
+          const double b = p.kind == FIELD_CAR3D
+                               ? (n == f ? 1.0 : 0.0)
+                               : double{field_number(words, basis + n * p.all_channels + f)};
           deviation[n] += b * v;
         }
       }
@@ -113,7 +120,8 @@ std::vector<std::array<float, 4>> subspace_signatures(const LoadedItem& item, co
     double rest = covariance(as_index(k), as_index(k));
     for (std::size_t i = 0; i < 3 && i < c; ++i) {
       const Eigen::Index column = as_index(c - 1 - i);
-      const double s = solver.eigenvectors()(as_index(k), column) * std::sqrt(std::max(0.0, solver.eigenvalues()(column)));
+      const double s =
+          solver.eigenvectors()(as_index(k), column) * std::sqrt(std::max(0.0, solver.eigenvalues()(column)));
       out[k][i] = static_cast<float>(s);
       rest -= s * s;
     }

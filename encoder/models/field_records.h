@@ -9,8 +9,8 @@
 
 namespace btfc {
 
-// variance[m] of the collapsed factor at level m, levels finer than m left out; of gmrf over the torus, of the
-// others the stationary solution's, averaged over the phases of the pyramid.
+// variance[m] of the collapsed factor at level m, levels finer than m left out; of gmrf over the torus, of
+// the others the stationary solution's, averaged over the phases of the pyramid.
 std::vector<double> factor_variances(const LoadedItem& item, const FieldParams& p, std::uint32_t subspace,
                                      std::uint32_t factor);
 

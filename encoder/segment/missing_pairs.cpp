@@ -42,7 +42,8 @@ double square(double v) { return v * v; }
 
 // Squared distance of (theta_a, 0) and (theta_b, phi) as unit vectors.
 double chord(double theta_a, double theta_b, double phi) {
-  return 2 - 2 * (std::sin(theta_a) * std::sin(theta_b) * std::cos(phi) + std::cos(theta_a) * std::cos(theta_b));
+  return 2 -
+         2 * (std::sin(theta_a) * std::sin(theta_b) * std::cos(phi) + std::cos(theta_a) * std::cos(theta_b));
 }
 
 constexpr double kTurn = 0.7, kExchange = 0.5;
@@ -51,7 +52,8 @@ double distance(const Place& a, const Place& b) {
   // Views alike but for their height, lights with their azimuths from the views; then the turn of the whole.
   const double slant = std::max(std::sin(a.view_theta), std::sin(a.light_theta));
   const double turned = square(2 * std::sin(0.5 * (a.turn - b.turn)) * slant * kTurn);
-  return chord(a.view_theta, b.view_theta, 0) + chord(a.light_theta, b.light_theta, a.between - b.between) + turned;
+  return chord(a.view_theta, b.view_theta, 0) + chord(a.light_theta, b.light_theta, a.between - b.between) +
+         turned;
 }
 
 }  // namespace

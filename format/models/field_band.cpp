@@ -39,7 +39,8 @@ std::vector<std::uint32_t> field_places(std::int64_t first, std::size_t count, s
 }
 
 template <class Real>
-void field_synthesise_plain(const FieldBand& band, std::uint32_t subspace, const FieldWindow& window, Real* out) {
+void field_synthesise_plain(const FieldBand& band, std::uint32_t subspace, const FieldWindow& window,
+                            Real* out) {
   const auto m = static_cast<std::ptrdiff_t>(band.margin);
   const std::ptrdiff_t width = static_cast<std::ptrdiff_t>(window.width) + 2 * m;
   const std::ptrdiff_t height = static_cast<std::ptrdiff_t>(window.height) + m;
@@ -71,7 +72,8 @@ void field_synthesise_plain(const FieldBand& band, std::uint32_t subspace, const
           const float* a = record + d * (d + 1) / 2;
           for (std::size_t s = 0; s < offsets.size(); ++s) {
             for (std::size_t g = 0; g < d; ++g)
-              parts[term++ % 4] += Real(a[(s * d + f) * d + g]) * value(g, x + offsets[s].dx, y + offsets[s].dy);
+              parts[term++ % 4] +=
+                  Real(a[(s * d + f) * d + g]) * value(g, x + offsets[s].dx, y + offsets[s].dy);
           }
         } else {
           const float* numbers = record + band.begins[f];
@@ -79,7 +81,8 @@ void field_synthesise_plain(const FieldBand& band, std::uint32_t subspace, const
           for (std::size_t s = 0; s < offsets.size(); ++s)
             parts[term++ % 4] += Real(numbers[1 + s]) * value(f, x + offsets[s].dx, y + offsets[s].dy);
         }
-        values[f * plane + static_cast<std::size_t>(y * width + x)] = (parts[0] + parts[1]) + (parts[2] + parts[3]);
+        values[f * plane + static_cast<std::size_t>(y * width + x)] =
+            (parts[0] + parts[1]) + (parts[2] + parts[3]);
       }
     }
   }

@@ -13,7 +13,7 @@ namespace btfc {
 struct FieldBand {
   FieldKind kind = FieldKind::car;
   std::uint32_t factors = 1, level = 0, margin = 0;
-  std::uint32_t seed = 1, period = 0;              // period in texels of level 0; 0: 2^32
+  std::uint32_t seed = 1, period = 0;             // period in texels of level 0; 0: 2^32
   std::vector<std::vector<FieldOffset>> offsets;  // of each factor; of car3d one for all
   std::vector<std::uint32_t> begins;              // where a factor's numbers begin in a record
   std::uint32_t record = 0;                       // numbers a subspace
@@ -42,6 +42,7 @@ std::vector<std::uint32_t> field_places(std::int64_t first, std::size_t count, s
 // The recursion with its warm-up margin, zero outside: out[factor * texels + y * width + x]. In the order of
 // spec/models/car.md section 5.2, products rounded before they are added; Real is float or double.
 template <class Real>
-void field_synthesise_plain(const FieldBand& band, std::uint32_t subspace, const FieldWindow& window, Real* out);
+void field_synthesise_plain(const FieldBand& band, std::uint32_t subspace, const FieldWindow& window,
+                            Real* out);
 
 }  // namespace btfc

@@ -75,7 +75,9 @@ void field_expand_add(const float* coarse, const FieldWindow& cw, const FieldWin
       even[2 * i] += 0.125f * c[static_cast<std::ptrdiff_t>(i) - 1] + 0.75f * c[i] + 0.125f * c[i + 1];
       even[2 * i + 1] += 0.5f * c[i] + 0.5f * c[i + 1];
     }
-    if ((fw.width - x) % 2 == 1) even[2 * pairs] += 0.125f * c[static_cast<std::ptrdiff_t>(pairs) - 1] + 0.75f * c[pairs] + 0.125f * c[pairs + 1];
+    if ((fw.width - x) % 2 == 1)
+      even[2 * pairs] +=
+          0.125f * c[static_cast<std::ptrdiff_t>(pairs) - 1] + 0.75f * c[pairs] + 0.125f * c[pairs + 1];
   }
 }
 

@@ -17,8 +17,8 @@ Result<std::optional<std::uint32_t>> parse_automatic(const OptionValues& options
   return parse_u32(options, name, least, most);
 }
 
-Result<FieldShape> field_shape_from_options(const OptionValues& options, const Head& head, std::uint32_t clusters,
-                                            std::uint32_t order) {
+Result<FieldShape> field_shape_from_options(const OptionValues& options, const Head& head,
+                                            std::uint32_t clusters, std::uint32_t order) {
   FieldShape s;
   s.kind = field_kind(head.model);
   s.factors = head.channels();
@@ -29,7 +29,8 @@ Result<FieldShape> field_shape_from_options(const OptionValues& options, const H
   if (!levels) return levels.error();
   // A level of one texel says nothing.
   const std::uint32_t side = std::max(head.width, head.height);
-  s.levels = std::min(levels->value_or(4), std::max(1u, static_cast<std::uint32_t>(std::bit_width(side)) - 1));
+  s.levels =
+      std::min(levels->value_or(4), std::max(1u, static_cast<std::uint32_t>(std::bit_width(side)) - 1));
   if (*levels) s.levels = **levels;
   const auto precision = parse_precision(options, "precision", Precision::f16);
   if (!precision) return precision.error();
@@ -46,7 +47,8 @@ Result<FieldShape> field_shape_from_options(const OptionValues& options, const H
   if (!bits) return bits.error();
   const bool directions = head.pairs > 1;
   const auto size = range->value_or(directions ? std::pair(64u, 64u) : std::pair(0u, 0u));
-  if ((size.first == 0) != (size.second == 0)) return bad_argument("--range has one side of 0, expected WxH or 0");
+  if ((size.first == 0) != (size.second == 0))
+    return bad_argument("--range has one side of 0, expected WxH or 0");
   if (size.first > 0) {
     s.range_width = std::min(size.first, head.width);
     s.range_height = std::min(size.second, head.height);
@@ -66,7 +68,8 @@ Result<FieldShape> field_shape_from_options(const OptionValues& options, const H
   }
   const auto neighbours = parse_automatic(options, "order", 0, kFieldCandidates);
   if (!neighbours) return neighbours.error();
-  s.masks.assign(std::size_t{s.levels} * s.masks_per_level(), nearest_candidates(neighbours->value_or(order)));
+  s.masks.assign(std::size_t{s.levels} * s.masks_per_level(),
+                 nearest_candidates(neighbours->value_or(order)));
   return s;
 }
 

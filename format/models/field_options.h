@@ -16,8 +16,8 @@ inline constexpr OptionSpec kFieldOptions[] = {
 };
 
 // What the options say of PARM; `order` and `clusters` are those that "auto" stands for.
-Result<FieldShape> field_shape_from_options(const OptionValues& options, const Head& head, std::uint32_t clusters,
-                                            std::uint32_t order);
+Result<FieldShape> field_shape_from_options(const OptionValues& options, const Head& head,
+                                            std::uint32_t clusters, std::uint32_t order);
 // Nothing: "auto", or absent.
 Result<std::optional<std::uint32_t>> parse_automatic(const OptionValues& options, const char* name,
                                                      std::uint32_t least, std::uint32_t most);

@@ -42,7 +42,8 @@ Bytes write_range(const FieldShape& s, const FieldPayload& payload) {
 }
 
 // Rule FD3.
-Result<Done> append_index(const Head& head, const FieldShape& s, ByteView raw, std::vector<std::uint32_t>& words) {
+Result<Done> append_index(const Head& head, const FieldShape& s, ByteView raw,
+                          std::vector<std::uint32_t>& words) {
   const std::vector<std::uint32_t> index = to_words(raw);
   std::vector<bool> used(s.clusters);
   std::uint32_t rest = 0;
@@ -56,7 +57,8 @@ Result<Done> append_index(const Head& head, const FieldShape& s, ByteView raw, s
     }
     value &= (std::uint64_t{1} << s.index_bits()) - 1;
     if (value >= s.clusters) {
-      return invalid("FD3", 0, fmt::format("pair {} has subspace {}, expected below {}", pair, value, s.clusters));
+      return invalid("FD3", 0,
+                     fmt::format("pair {} has subspace {}, expected below {}", pair, value, s.clusters));
     }
     used[value] = true;
   }
@@ -68,11 +70,14 @@ Result<Done> append_index(const Head& head, const FieldShape& s, ByteView raw, s
   return Done{};
 }
 
-void push(std::vector<std::uint32_t>& words, float value) { words.push_back(std::bit_cast<std::uint32_t>(value)); }
+void push(std::vector<std::uint32_t>& words, float value) {
+  words.push_back(std::bit_cast<std::uint32_t>(value));
+}
 
 // Rule FD4.
 Result<Done> append_range(const FieldShape& s, ByteView raw, std::vector<std::uint32_t>& words) {
-  const float relief = std::bit_cast<float>(load_u32(&raw[0])), step = std::bit_cast<float>(load_u32(&raw[4]));
+  const float relief = std::bit_cast<float>(load_u32(&raw[0])),
+              step = std::bit_cast<float>(load_u32(&raw[4]));
   if (!(relief >= 0 && relief <= kMostRelief))
     return invalid("FD4", 0, fmt::format("RMAP has a strength of {:g}, expected 0 to 1", relief));
   if (!(step >= 0 && step <= kMostHeight))
@@ -93,8 +98,9 @@ Result<Done> append_range(const FieldShape& s, ByteView raw, std::vector<std::ui
 Result<Done> check_not_negative(const CodedRows& rows, std::uint64_t column, const char* what) {
   for (std::uint64_t k = 0; k < rows.rows; ++k) {
     if (rows.value(k, column) < 0)
-      return invalid("FD5", 0, fmt::format("{} of subspace {} is {:g}, expected 0 or more", what, k,
-                                           rows.value(k, column)));
+      return invalid(
+          "FD5", 0,
+          fmt::format("{} of subspace {} is {:g}, expected 0 or more", what, k, rows.value(k, column)));
   }
   return Done{};
 }
@@ -118,11 +124,12 @@ Result<Done> append_level(const FieldShape& s, std::uint32_t level, const ChunkR
     words.push_back(static_cast<std::uint32_t>(s.mask(level, f)));
     words.push_back(static_cast<std::uint32_t>(s.mask(level, f) >> 32));
   }
-  const Result<CodedRows> rows = read_rows(read, {kFlds, kPayloadChunk, field_chunk_level(s, level)}, s.clusters,
-                                           s.level_numbers(level), s.precision, "FD5");
+  const Result<CodedRows> rows = read_rows(read, {kFlds, kPayloadChunk, field_chunk_level(s, level)},
+                                           s.clusters, s.level_numbers(level), s.precision, "FD5");
   if (!rows) return rows.error();
   for (std::uint32_t f = 0; f < s.factors && !s.coupled(); ++f) {
-    if (const auto ok = check_not_negative(*rows, s.factor_begin(level, f), "the spread"); !ok) return ok.error();
+    if (const auto ok = check_not_negative(*rows, s.factor_begin(level, f), "the spread"); !ok)
+      return ok.error();
   }
   std::vector<float> numbers;
   for (std::uint64_t r = 0; r < rows->rows; ++r) {
@@ -152,7 +159,8 @@ Result<Done> check_records(const FieldShape& s, const CodedRows& rows) {
   if (const auto ok = check_not_negative(rows, first - 1, "the signature's rest"); !ok) return ok.error();
   for (std::uint32_t f = 0; f < s.factors; ++f) {
     for (std::uint32_t i = 0; i < s.levels; ++i) {
-      const auto ok = check_not_negative(rows, first + f * (s.levels + s.knots) + i, i == 0 ? "the scale" : "the rest");
+      const auto ok =
+          check_not_negative(rows, first + f * (s.levels + s.knots) + i, i == 0 ? "the scale" : "the rest");
       if (!ok) return ok.error();
     }
   }
@@ -165,14 +173,16 @@ const std::span<const OptionSpec> kFieldSizeOptions = kSizeOptions;
 
 std::vector<RawChunk> field_write(const Head& head, const FieldShape& s, const FieldPayload& payload) {
   std::vector<RawChunk> chunks = table_chunks(head, payload.directions, write_field_parm(s));
-  if (s.index_bits() > 0) chunks.push_back({{kSidx, kPayloadChunk}, write_index(s, payload.subspace_of_pair)});
+  if (s.index_bits() > 0)
+    chunks.push_back({{kSidx, kPayloadChunk}, write_index(s, payload.subspace_of_pair)});
   if (s.range_bits > 0) chunks.push_back({{kRmap, kPayloadChunk}, write_range(s, payload)});
   const auto rows = [&](const std::vector<float>& numbers, std::uint32_t columns) {
     return write_coded_rows(code_rows(numbers, s.clusters, columns, s.precision));
   };
   chunks.push_back({{kSubs, kPayloadChunk}, rows(payload.records, s.record_numbers())});
   for (std::uint32_t l = 0; l < s.levels; ++l) {
-    chunks.push_back({{kFlds, kPayloadChunk, field_chunk_level(s, l)}, rows(payload.levels[l], s.level_numbers(l))});
+    chunks.push_back(
+        {{kFlds, kPayloadChunk, field_chunk_level(s, l)}, rows(payload.levels[l], s.level_numbers(l))});
   }
   return chunks;
 }
@@ -208,8 +218,11 @@ Result<Layout> field_layout(const Head& head, ByteView raw) {
       orders += fmt::format("{}{}", f > 0 ? "/" : l > 0 ? "," : "", s.neighbours(l, f));
       neighbours += s.neighbours(l, f);
     }
-    margins += fmt::format("{}{}", l > 0 ? "," : "", s.kind == FieldKind::gmrf ? s.torus_side(l) : s.margins[l]);
-    operations += (2 * neighbours * (s.coupled() ? std::uint64_t{s.factors} * s.factors : 1) + 2 * s.factors) >> (2 * l);
+    margins +=
+        fmt::format("{}{}", l > 0 ? "," : "", s.kind == FieldKind::gmrf ? s.torus_side(l) : s.margins[l]);
+    operations +=
+        (2 * neighbours * (s.coupled() ? std::uint64_t{s.factors} * s.factors : 1) + 2 * s.factors) >>
+        (2 * l);
   }
   layout.parameters = {{"clusters", std::to_string(s.clusters)},
                        {"levels", std::to_string(s.levels)},

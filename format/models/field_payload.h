@@ -11,11 +11,11 @@ namespace btfc {
 
 struct FieldPayload {
   Directions directions;
-  std::vector<std::uint16_t> subspace_of_pair;   // 0 … clusters - 1
-  float relief = 0, height_step = 0;             // strength of the bump filter; texels a code of the range map
-  std::vector<std::uint16_t> range;              // codes in rows from the top
-  std::vector<float> records;                    // clusters x shape.record_numbers()
-  std::vector<std::vector<float>> levels;        // of each level clusters x shape.level_numbers(level)
+  std::vector<std::uint16_t> subspace_of_pair;  // 0 … clusters - 1
+  float relief = 0, height_step = 0;            // strength of the bump filter; texels a code of the range map
+  std::vector<std::uint16_t> range;             // codes in rows from the top
+  std::vector<float> records;                   // clusters x shape.record_numbers()
+  std::vector<std::vector<float>> levels;       // of each level clusters x shape.level_numbers(level)
 };
 
 std::vector<RawChunk> field_write(const Head& head, const FieldShape& shape, const FieldPayload& payload);

@@ -38,7 +38,8 @@ std::vector<float> unit_response(const FieldBand& band, std::uint32_t subspace, 
   return h;
 }
 
-FieldDecay decay_of(const FieldBand& band, std::uint32_t subspace, std::uint32_t g, const std::vector<float>& h) {
+FieldDecay decay_of(const FieldBand& band, std::uint32_t subspace, std::uint32_t g,
+                    const std::vector<float>& h) {
   const std::ptrdiff_t m = band.margin, width = 2 * m + 1;
   const std::ptrdiff_t plane = (m + 1) * width;
   FieldDecay decay;
@@ -53,17 +54,20 @@ FieldDecay decay_of(const FieldBand& band, std::uint32_t subspace, std::uint32_t
   const float* record = band.numbers + std::size_t{subspace} * band.record;
   const std::size_t d = band.coupled() ? band.factors : 1;
   const float* a = band.coupled() ? record + d * (d + 1) / 2 : record + band.begins[g] + 1;
-  for (std::size_t i = 0; i < band.neighbours(g).size() * d * d; ++i) decay.coefficients += std::fabs(double{a[i]});
+  for (std::size_t i = 0; i < band.neighbours(g).size() * d * d; ++i)
+    decay.coefficients += std::fabs(double{a[i]});
   return decay;
 }
 
-Result<Done> check(const FieldBand& band, std::uint32_t subspace, std::uint32_t factor, const FieldDecay& decay) {
+Result<Done> check(const FieldBand& band, std::uint32_t subspace, std::uint32_t factor,
+                   const FieldDecay& decay) {
   if (decay.whole() <= kMostResponse && decay.beyond() <= kMostBeyond) return Done{};
-  return invalid("FD6", 0,
-                 fmt::format("the recursion of subspace {}, factor {}, level {} does not die away within {} "
-                             "texels: its impulse response sums to {:.4g}, {:.4g} beyond, expected at most {} and {}",
-                             subspace, factor, band.level, band.margin, decay.whole(), decay.beyond(), kMostResponse,
-                             kMostBeyond));
+  return invalid(
+      "FD6", 0,
+      fmt::format("the recursion of subspace {}, factor {}, level {} does not die away within {} "
+                  "texels: its impulse response sums to {:.4g}, {:.4g} beyond, expected at most {} and {}",
+                  subspace, factor, band.level, band.margin, decay.whole(), decay.beyond(), kMostResponse,
+                  kMostBeyond));
 }
 
 }  // namespace
@@ -99,7 +103,8 @@ Result<Done> field_responses(const FieldBand& band, std::uint32_t subspace, floa
 double FieldDecay::whole() const { return std::accumulate(rings.begin(), rings.end(), 0.0); }
 
 double FieldDecay::beyond() const {
-  return (1 + coefficients) * std::accumulate(rings.end() - std::min<std::ptrdiff_t>(4, std::ssize(rings)), rings.end(), 0.0);
+  return (1 + coefficients) *
+         std::accumulate(rings.end() - std::min<std::ptrdiff_t>(4, std::ssize(rings)), rings.end(), 0.0);
 }
 
 FieldDecay field_decay(const FieldBand& band, std::uint32_t subspace, std::uint32_t g) {

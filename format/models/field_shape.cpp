@@ -64,7 +64,8 @@ Result<FieldShape> read_field_parm(const Head& head, ByteView raw) {
   const auto wrong = [](const char* what, std::uint64_t value, const std::string& expected) {
     return invalid("FD1", 0, fmt::format("PARM has {} {}, expected {}", what, value, expected));
   };
-  if (raw.size() < 40) return invalid("FD1", 0, fmt::format("PARM has {} bytes, expected 48 or more", raw.size()));
+  if (raw.size() < 40)
+    return invalid("FD1", 0, fmt::format("PARM has {} bytes, expected 48 or more", raw.size()));
   FieldShape s;
   s.kind = field_kind(head.model);
   s.factors = head.channels();
@@ -85,10 +86,11 @@ Result<FieldShape> read_field_parm(const Head& head, ByteView raw) {
   const bool range = s.range_bits != 0;
   if ((s.range_width != 0) != range || (s.range_height != 0) != range || s.range_width > head.width ||
       s.range_height > head.height) {
-    return invalid("FD1", 0,
-                   fmt::format("PARM has a range map of {}x{} with {} bits, expected at most the tile's {}x{}, "
-                               "and 0x0 with 0 bits",
-                               s.range_width, s.range_height, s.range_bits, head.width, head.height));
+    return invalid(
+        "FD1", 0,
+        fmt::format("PARM has a range map of {}x{} with {} bits, expected at most the tile's {}x{}, "
+                    "and 0x0 with 0 bits",
+                    s.range_width, s.range_height, s.range_bits, head.width, head.height));
   }
   s.seed = load_u32(&raw[12]);
   s.error = std::bit_cast<float>(load_u32(&raw[16]));
@@ -121,14 +123,16 @@ Result<FieldShape> read_field_parm(const Head& head, ByteView raw) {
     return invalid("FD2", 0, "HEAD is not unbounded, or has a value transform");
   for (const ChunkSpec& chunk : field_chunks(head, s)) {
     if (chunk.raw_bytes > kMaxChunkBytes)
-      return invalid("FD2", 0, fmt::format("{} takes {} bytes, expected at most 2^27", type_name(chunk.key.type), chunk.raw_bytes));
+      return invalid("FD2", 0,
+                     fmt::format("{} takes {} bytes, expected at most 2^27", type_name(chunk.key.type),
+                                 chunk.raw_bytes));
   }
   std::uint64_t responses = 0;
   for (std::uint32_t l = 0; l < s.levels; ++l) responses += s.responses(l) * s.response_words(l);
   if (responses > kMaxChunkBytes / 4 || field_memory_words(head, s) - responses > kMaxChunkBytes / 4) {
     return invalid("FD2", 0,
-                   fmt::format("impulse responses of {} subspaces take {} words, expected at most {}", s.clusters,
-                               responses, kMaxChunkBytes / 4));
+                   fmt::format("impulse responses of {} subspaces take {} words, expected at most {}",
+                               s.clusters, responses, kMaxChunkBytes / 4));
   }
   return s;
 }
@@ -151,7 +155,8 @@ std::uint64_t field_formula_bits(const Head& head, const FieldShape& s) {
   const std::uint64_t number = s.precision == Precision::f32 ? 32 : 16, c = s.clusters, d = s.factors;
   std::uint64_t bits = 320 + 64 * std::uint64_t{s.levels} * s.masks_per_level();
   bits += padded_bits(std::uint64_t{head.pairs} * s.index_bits());
-  if (s.range_bits > 0) bits += 64 + padded_bits(std::uint64_t{s.range_bits} * s.range_width * s.range_height);
+  if (s.range_bits > 0)
+    bits += 64 + padded_bits(std::uint64_t{s.range_bits} * s.range_width * s.range_height);
   bits += padded_bits(number * c * (d + (s.coupled() ? 0 : d * d) + 4 + d * (s.levels + s.knots)));
   for (std::uint32_t l = 0; l < s.levels; ++l) {
     std::uint64_t numbers = s.coupled() ? d * (d + 1) / 2 + d * d * s.neighbours(l, 0) : d;
@@ -162,7 +167,8 @@ std::uint64_t field_formula_bits(const Head& head, const FieldShape& s) {
 }
 
 std::uint64_t field_memory_words(const Head& head, const FieldShape& s) {
-  std::uint64_t words = direction_words(head) + std::uint64_t{FIELD_LEVEL_WORDS} * s.levels + index_words(head, s);
+  std::uint64_t words =
+      direction_words(head) + std::uint64_t{FIELD_LEVEL_WORDS} * s.levels + index_words(head, s);
   if (s.range_bits > 0) words += 1 + std::uint64_t{s.range_width} * s.range_height;
   words += std::uint64_t{s.clusters} * s.record_numbers();
   for (std::uint32_t l = 0; l < s.levels; ++l) {

@@ -20,11 +20,13 @@ inline constexpr std::uint32_t kFieldCandidates = 40;
 enum class FieldKind : std::uint32_t { car = 0, gmrf = 1, car3d = 2 };
 
 constexpr FieldKind field_kind(ModelId model) {
-  return model == ModelId::gmrf ? FieldKind::gmrf : model == ModelId::car3d ? FieldKind::car3d : FieldKind::car;
+  return model == ModelId::gmrf    ? FieldKind::gmrf
+         : model == ModelId::car3d ? FieldKind::car3d
+                                   : FieldKind::car;
 }
 
-// A neighbour's place: the texel at (x + dx, y + dy). Candidate i of a neighbourhood, 0 … 39, in raster order:
-// four rows above, from dx = -4 to 4, then the four texels to the left, the nearest last.
+// A neighbour's place: the texel at (x + dx, y + dy). Candidate i of a neighbourhood, 0 … 39, in raster
+// order: four rows above, from dx = -4 to 4, then the four texels to the left, the nearest last.
 struct FieldOffset {
   int dx = 0, dy = 0;
 };

@@ -31,7 +31,9 @@ struct Skewed {
   std::ptrdiff_t lanes, columns;
   std::ptrdiff_t stride() const { return lanes + kRowsAbove; }
   std::ptrdiff_t times() const { return columns + kSkew * (lanes - 1); }
-  std::size_t floats() const { return static_cast<std::size_t>((kBefore + times() + kSkew * lanes) * stride()); }
+  std::size_t floats() const {
+    return static_cast<std::size_t>((kBefore + times() + kSkew * lanes) * stride());
+  }
   std::ptrdiff_t at(std::ptrdiff_t time, std::ptrdiff_t row) const {
     return (kBefore + time) * stride() + kRowsAbove + row;
   }
@@ -40,9 +42,10 @@ struct Skewed {
 using Signed = hn::Rebind<std::int32_t, Lanes>;
 using Unsigned = hn::Rebind<std::uint32_t, Lanes>;
 
-// The noise of a group of rows, by times. places: the columns' places, with kSkew lanes more before and behind.
-HWY_INLINE void noise_group(const Skewed& s, const std::uint32_t* places, hn::Vec<Unsigned> ys, std::uint32_t stream,
-                            float* out) {
+// The noise of a group of rows, by times. places: the columns' places, with kSkew lanes more before and
+// behind.
+HWY_INLINE void noise_group(const Skewed& s, const std::uint32_t* places, hn::Vec<Unsigned> ys,
+                            std::uint32_t stream, float* out) {
   const Lanes d;
   const Unsigned du;
   const Signed di;
@@ -78,7 +81,8 @@ struct Sums {
 
 // kOutputs of them from `first` on. Terms go round four partial sums (spec/models/car.md section 5.2).
 template <std::size_t kOutputs, bool kMasked>
-HWY_INLINE void run_sums(const Skewed& s, const Sums& sums, std::size_t first, std::ptrdiff_t begin, std::ptrdiff_t end) {
+HWY_INLINE void run_sums(const Skewed& s, const Sums& sums, std::size_t first, std::ptrdiff_t begin,
+                         std::ptrdiff_t end) {
   const Lanes d;
   const Signed di;
   const std::ptrdiff_t stride = s.stride();
@@ -96,7 +100,8 @@ HWY_INLINE void run_sums(const Skewed& s, const Sums& sums, std::size_t first, s
     }
     for (std::size_t n = 1; n < noises; ++n) {
       const auto noise = hn::LoadU(d, sums.noises[n] + t * s.lanes);
-      for (std::size_t o = 0; o < kOutputs; ++o) a[o] = hn::Add(a[o], hn::Mul(hn::Set(d, factors[n * outputs + o]), noise));
+      for (std::size_t o = 0; o < kOutputs; ++o)
+        a[o] = hn::Add(a[o], hn::Mul(hn::Set(d, factors[n * outputs + o]), noise));
     }
     std::size_t n = 0;
     for (; n + 4 <= terms; n += 4) {
@@ -112,8 +117,10 @@ HWY_INLINE void run_sums(const Skewed& s, const Sums& sums, std::size_t first, s
     for (std::size_t o = 0; o < kOutputs; ++o) {
       const float* k = coefficients + n * outputs + o;
       if (n < terms) a[o] = hn::Add(a[o], hn::Mul(hn::Set(d, k[0]), hn::LoadU(d, out[o] + sums.steps[n])));
-      if (n + 1 < terms) b[o] = hn::Add(b[o], hn::Mul(hn::Set(d, k[outputs]), hn::LoadU(d, out[o] + sums.steps[n + 1])));
-      if (n + 2 < terms) c[o] = hn::Add(c[o], hn::Mul(hn::Set(d, k[2 * outputs]), hn::LoadU(d, out[o] + sums.steps[n + 2])));
+      if (n + 1 < terms)
+        b[o] = hn::Add(b[o], hn::Mul(hn::Set(d, k[outputs]), hn::LoadU(d, out[o] + sums.steps[n + 1])));
+      if (n + 2 < terms)
+        c[o] = hn::Add(c[o], hn::Mul(hn::Set(d, k[2 * outputs]), hn::LoadU(d, out[o] + sums.steps[n + 2])));
       auto v = hn::Add(hn::Add(a[o], b[o]), hn::Add(c[o], e[o]));
       if constexpr (kMasked) {
         const auto i = hn::Sub(hn::Set(di, static_cast<std::int32_t>(t)), behind);
@@ -136,8 +143,8 @@ HWY_INLINE void run_all(const Skewed& s, const Sums& sums, std::ptrdiff_t begin,
 }
 
 // Outputs that depend on one another go through each time together.
-HWY_INLINE void run_coupled(const Skewed& s, const std::vector<Sums>& outputs, std::ptrdiff_t begin, std::ptrdiff_t end,
-                            bool masked) {
+HWY_INLINE void run_coupled(const Skewed& s, const std::vector<Sums>& outputs, std::ptrdiff_t begin,
+                            std::ptrdiff_t end, bool masked) {
   for (std::ptrdiff_t t = begin; t < end; ++t) {
     for (const Sums& sums : outputs) {
       if (masked) {
@@ -157,8 +164,8 @@ struct Buffers {
   float* at(std::size_t k, std::size_t f) { return values.data() + (k * factors + f) * s.floats(); }
 };
 
-std::vector<Sums> scalar_sums(const FieldBand& band, std::span<const std::uint32_t> subspaces, Buffers& buffers,
-                              const std::vector<const float*>& noises) {
+std::vector<Sums> scalar_sums(const FieldBand& band, std::span<const std::uint32_t> subspaces,
+                              Buffers& buffers, const std::vector<const float*>& noises) {
   std::vector<Sums> all;
   for (std::size_t f = 0; f < band.factors; ++f) {
     Sums sums;
@@ -170,7 +177,8 @@ std::vector<Sums> scalar_sums(const FieldBand& band, std::span<const std::uint32
     for (std::size_t k = 0; k < subspaces.size(); ++k) {
       const float* numbers = band.numbers + std::size_t{subspaces[k]} * band.record + band.begins[f];
       sums.factors.push_back(numbers[0]);
-      for (std::size_t n = 0; n < offsets.size(); ++n) sums.coefficients[n * subspaces.size() + k] = numbers[1 + n];
+      for (std::size_t n = 0; n < offsets.size(); ++n)
+        sums.coefficients[n * subspaces.size() + k] = numbers[1 + n];
       sums.outs.push_back(buffers.at(k, f) + s.at(0, 0));
     }
     all.push_back(std::move(sums));
@@ -195,7 +203,8 @@ std::vector<Sums> coupled_sums(const FieldBand& band, std::uint32_t subspace, st
     for (std::size_t n = 0; n < offsets.size(); ++n) {
       for (std::size_t g = 0; g < d; ++g) {
         const FieldOffset o = offsets[n];
-        sums.steps.push_back(buffers.at(k, g) - buffers.at(k, f) + s.at(o.dx + kSkew * o.dy, o.dy) - s.at(0, 0));
+        sums.steps.push_back(buffers.at(k, g) - buffers.at(k, f) + s.at(o.dx + kSkew * o.dy, o.dy) -
+                             s.at(0, 0));
         sums.coefficients.push_back(a[(n * d + f) * d + g]);
       }
     }
@@ -206,8 +215,9 @@ std::vector<Sums> coupled_sums(const FieldBand& band, std::uint32_t subspace, st
 }
 
 // Rows of a group that are wanted -> an image. Four times of four rows are turned over at once.
-HWY_INLINE void copy_out(const Skewed& s, const float* buffer, std::ptrdiff_t margin, std::ptrdiff_t first_row,
-                         std::ptrdiff_t end_row, const FieldWindow& window, float* out) {
+HWY_INLINE void copy_out(const Skewed& s, const float* buffer, std::ptrdiff_t margin,
+                         std::ptrdiff_t first_row, std::ptrdiff_t end_row, const FieldWindow& window,
+                         float* out) {
   static_assert(kSkew % 4 == 0);
   const auto width = static_cast<std::ptrdiff_t>(window.width);
 #if HWY_TARGET == HWY_SCALAR
@@ -222,10 +232,12 @@ HWY_INLINE void copy_out(const Skewed& s, const float* buffer, std::ptrdiff_t ma
   HWY_ALIGN float turned[4 * hn::MaxLanes(Lanes())];
   for (std::ptrdiff_t time = 0; time < width + kSkew * (end_row - 1); time += 4) {
     const float* from = buffer + s.at(margin + time, 0);
-    const auto v0 = hn::LoadU(d, from), v1 = hn::LoadU(d, from + s.stride()), v2 = hn::LoadU(d, from + 2 * s.stride()),
-               v3 = hn::LoadU(d, from + 3 * s.stride());
-    const auto low01 = hn::BitCast(d2, hn::InterleaveLower(d, v0, v1)), low23 = hn::BitCast(d2, hn::InterleaveLower(d, v2, v3));
-    const auto high01 = hn::BitCast(d2, hn::InterleaveUpper(d, v0, v1)), high23 = hn::BitCast(d2, hn::InterleaveUpper(d, v2, v3));
+    const auto v0 = hn::LoadU(d, from), v1 = hn::LoadU(d, from + s.stride()),
+               v2 = hn::LoadU(d, from + 2 * s.stride()), v3 = hn::LoadU(d, from + 3 * s.stride());
+    const auto low01 = hn::BitCast(d2, hn::InterleaveLower(d, v0, v1)),
+               low23 = hn::BitCast(d2, hn::InterleaveLower(d, v2, v3));
+    const auto high01 = hn::BitCast(d2, hn::InterleaveUpper(d, v0, v1)),
+               high23 = hn::BitCast(d2, hn::InterleaveUpper(d, v2, v3));
     hn::Store(hn::BitCast(d, hn::InterleaveLower(d2, low01, low23)), d, turned);
     hn::Store(hn::BitCast(d, hn::InterleaveUpper(d2, low01, low23)), d, turned + lanes);
     hn::Store(hn::BitCast(d, hn::InterleaveLower(d2, high01, high23)), d, turned + 2 * lanes);
@@ -248,8 +260,8 @@ HWY_INLINE void copy_out(const Skewed& s, const float* buffer, std::ptrdiff_t ma
 #endif
 }
 
-void synthesise_target(const FieldBand& band, std::span<const std::uint32_t> subspaces, const FieldWindow& window,
-                       float* out) {
+void synthesise_target(const FieldBand& band, std::span<const std::uint32_t> subspaces,
+                       const FieldWindow& window, float* out) {
   const Lanes tag;
   const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(tag));
   const auto margin = static_cast<std::ptrdiff_t>(band.margin);
@@ -258,8 +270,8 @@ void synthesise_target(const FieldBand& band, std::span<const std::uint32_t> sub
   const std::size_t d = band.factors, count = subspaces.size();
   // Lanes behind and before the columns read places too, whose values are masked.
   const std::ptrdiff_t ramp = kSkew * (lanes - 1);
-  const auto xs = field_places(window.x - margin - ramp, static_cast<std::size_t>(s.columns + 2 * ramp), band.level,
-                               band.period);
+  const auto xs = field_places(window.x - margin - ramp, static_cast<std::size_t>(s.columns + 2 * ramp),
+                               band.level, band.period);
   auto ys = field_places(window.y - margin, static_cast<std::size_t>(rows), band.level, band.period);
   ys.resize(ys.size() + static_cast<std::size_t>(lanes));
 
@@ -279,7 +291,8 @@ void synthesise_target(const FieldBand& band, std::span<const std::uint32_t> sub
   for (std::ptrdiff_t first = 0; first < rows; first += lanes) {
     for (std::size_t f = 0; f < d; ++f) {
       noise_group(s, xs.data() + ramp, hn::LoadU(Unsigned(), ys.data() + first),
-                  field_stream(band.seed, band.level, static_cast<std::uint32_t>(f)), noise.data() + f * noise_floats);
+                  field_stream(band.seed, band.level, static_cast<std::uint32_t>(f)),
+                  noise.data() + f * noise_floats);
     }
     for (const Sums& sums : scalar) {
       run_all<true>(s, sums, 0, rising);
@@ -296,8 +309,9 @@ void synthesise_target(const FieldBand& band, std::span<const std::uint32_t> sub
     for (std::size_t b = 0; b < count * d; ++b) {
       float* buffer = buffers.values.data() + b * s.floats();
       if (from_row < end_row) {
-        copy_out(s, buffer, margin, from_row, end_row, window,
-                 out + b * window.texels() + static_cast<std::size_t>(first + from_row - margin) * window.width);
+        copy_out(
+            s, buffer, margin, from_row, end_row, window,
+            out + b * window.texels() + static_cast<std::size_t>(first + from_row - margin) * window.width);
       }
       // The group's last rows become those before the next one. Rows farther up first: with few lanes they
       // move within the same places.
@@ -319,8 +333,8 @@ namespace btfc {
 
 HWY_EXPORT(synthesise_target);
 
-void field_synthesise(const FieldBand& band, std::span<const std::uint32_t> subspaces, const FieldWindow& window,
-                      float* out) {
+void field_synthesise(const FieldBand& band, std::span<const std::uint32_t> subspaces,
+                      const FieldWindow& window, float* out) {
   HWY_DYNAMIC_DISPATCH(synthesise_target)(band, subspaces, window, out);
 }
 

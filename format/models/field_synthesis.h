@@ -8,7 +8,7 @@
 namespace btfc {
 
 // out[(k * factors + f) * texels + y * width + x] of subspaces[k]. Noise is made once for all of them.
-void field_synthesise(const FieldBand& band, std::span<const std::uint32_t> subspaces, const FieldWindow& window,
-                      float* out);
+void field_synthesise(const FieldBand& band, std::span<const std::uint32_t> subspaces,
+                      const FieldWindow& window, float* out);
 
 }  // namespace btfc

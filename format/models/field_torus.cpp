@@ -54,14 +54,15 @@ void transform_square(std::vector<std::complex<double>>& f, std::size_t n, bool 
 
 }  // namespace
 
-void field_torus_denominator(std::span<const FieldOffset> offsets, const float* coefficients, std::uint32_t side,
-                             std::span<double> out) {
+void field_torus_denominator(std::span<const FieldOffset> offsets, const float* coefficients,
+                             std::uint32_t side, std::span<double> out) {
   const auto w = roots(side);
   for (std::uint32_t i = 0; i < side; ++i) {
     for (std::uint32_t j = 0; j < side; ++j) {
       double sum = 1;
       for (std::size_t s = 0; s < offsets.size(); ++s) {
-        const auto phase = static_cast<std::uint32_t>(offsets[s].dx) * j + static_cast<std::uint32_t>(offsets[s].dy) * i;
+        const auto phase =
+            static_cast<std::uint32_t>(offsets[s].dx) * j + static_cast<std::uint32_t>(offsets[s].dy) * i;
         sum -= 2 * double{coefficients[s]} * w[phase & (side - 1)].real();
       }
       out[std::size_t{i} * side + j] = sum;
@@ -69,18 +70,19 @@ void field_torus_denominator(std::span<const FieldOffset> offsets, const float* 
   }
 }
 
-Result<Done> field_torus(const FieldBand& band, std::uint32_t subspace, std::uint32_t factor, std::uint32_t side,
-                         float* out) {
+Result<Done> field_torus(const FieldBand& band, std::uint32_t subspace, std::uint32_t factor,
+                         std::uint32_t side, float* out) {
   const float* numbers = band.numbers + std::size_t{subspace} * band.record + band.begins[factor];
   const std::size_t n = side, texels = n * n;
   std::vector<double> denominator(texels);
   field_torus_denominator(band.neighbours(factor), numbers + 1, side, denominator);
   for (const double v : denominator) {
     if (v >= kLeastDenominator) continue;
-    return invalid("FD6", 0,
-                   fmt::format("the spectrum of subspace {}, factor {}, level {} is not positive: 1 - 2 sum a cos "
-                               "is {:.4g}, expected at least 2^-24",
-                               subspace, factor, band.level, v));
+    return invalid(
+        "FD6", 0,
+        fmt::format("the spectrum of subspace {}, factor {}, level {} is not positive: 1 - 2 sum a cos "
+                    "is {:.4g}, expected at least 2^-24",
+                    subspace, factor, band.level, v));
   }
   std::vector<std::complex<double>> f(texels);
   const uint stream = field_stream(band.seed, band.level, factor);

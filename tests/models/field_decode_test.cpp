@@ -139,7 +139,7 @@ TEST(FieldDecode, CallsOfAnySizeAgree) {
     const TexturePtr texture = load(file_of(made));
     ASSERT_TRUE(texture);
     GmRandom random(9);
-    std::vector<btfc_query> queries = random_queries(random, 10000 / kShare, 2, 120, false);
+    std::vector<btfc_query> queries = random_queries(random, 10000 / kShare, 2, 60, false);
     for (btfc_query& q : queries) {
       q.level = q.level % 2;
       q.footprint = q.footprint < 2 ? 1 : 2;
@@ -355,7 +355,7 @@ TEST(FieldDecode, CoarseLevelsNeedNoFinerOnes) {
       const std::uint32_t least = 4 - levels;
       const ScratchPtr scratch = scratch_of(texture);
       GmRandom random(levels);
-      std::vector<btfc_query> queries = random_queries(random, 30, 2, 120, false);
+      std::vector<btfc_query> queries = random_queries(random, 16, 2, 60, false);
       for (std::uint32_t level = 0; level < 4; ++level) {
         for (btfc_query& q : queries) {
           q.level = level;

@@ -73,10 +73,12 @@ BTFC_FN uint field_stream(uint seed, uint level, uint factor) {
 }
 
 // A binomial number of 32 trials, smoothed by a triangle of two 16-bit numbers, less its mean: variance
-// 2^32 (8 + 1/6) - 1/6, at most 1114111 in size.
+// 2^32 (8 + 1/6) - 1/6, at most 1114111 in size. The hash's lowest bits repeat along the lattice; ones are
+// counted after its higher bits came over them.
 BTFC_FN int field_noise_integer(uint x, uint y, uint stream) {
   uvec3 h = field_hash(x, y, stream);
-  return int((field_bits(h.x) << 16u) + (h.y >> 16u) + (h.y & 0xffffu)) - 1114111;
+  uint mixed = (h.x ^ (h.x >> 16u)) * 0x85ebca6bu;
+  return int((field_bits(mixed) << 16u) + (h.y >> 16u) + (h.y & 0xffffu)) - 1114111;
 }
 
 const float FIELD_NOISE_UNIT = 5.33944733e-06f;  // 1 / (65536 sqrt(49 / 6))

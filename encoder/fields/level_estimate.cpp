@@ -140,7 +140,8 @@ Settled settle(const NeighbourMoments& moments, std::uint64_t mask, const std::v
     const bool reaches = last > 1e-24 * std::accumulate(energy.begin(), energy.end(), 0.0);
     if (reaches && !(last < before)) return s;
     double outside = reaches ? last * last / (before - last) : 0;
-    const double noise = scale * scale * factor.row(as_index(g)).squaredNorm();
+    // Of d outputs whose parts add up.
+    const double noise = static_cast<double>(d) * scale * scale * factor.row(as_index(g)).squaredNorm();
     const double weight = *std::max_element(demand.weight.begin(), demand.weight.end());
     for (std::ptrdiff_t m = n; m-- > 0;) {
       s.tail[static_cast<std::size_t>(m)] += weight * weight * noise * outside;

@@ -205,6 +205,8 @@ Result<FitResult> field_fit(const FitInput& input, const FitSettings& settings) 
   const auto wanted_error = parse_double(settings.options, "error", 1e-6, 1);
   if (!wanted_error) return wanted_error.error();
   const double error = wanted_error->value_or(kDefaultError);
+  if (const auto clusters = parse_automatic(settings.options, "clusters", 1, kFieldMostClusters); !clusters)
+    return clusters.error();
   constexpr const char* kBands[] = {"power", "laplacian"};
   const auto wanted_bands = parse_choice(settings.options, "bands", kBands);
   if (!wanted_bands) return wanted_bands.error();
@@ -252,9 +254,11 @@ Result<FitResult> field_fit(const FitInput& input, const FitSettings& settings) 
     payload.range = analysed->range;
     payload.records = records_of(shape, subspaces);
     shape.masks.clear();
+    // The gain of blending and the bump filter may add to an error.
+    const double grows = (clusters > 1 ? double{FIELD_MOST_GAIN} : 1) * (1 + double{analysed->relief});
     // Levels and factors share the error; half of it is left to what runs out of a window and back.
-    const double share =
-        0.5 * std::max(0.0, error - kRounding) / (shape.levels * (shape.coupled() ? 1 : shape.factors));
+    const double share = 0.5 * std::max(0.0, error / grows - kRounding) /
+                         (shape.levels * (shape.coupled() ? 1 : shape.factors));
     double reached = kRounding, lost = 0, worst_shrink = 1, worst_radius = 0;
     std::size_t models = 0, unstable = 0, after = 0, shrunk_models = 0;
     for (std::uint32_t l = 0; l < shape.levels; ++l) {
@@ -286,6 +290,7 @@ Result<FitResult> field_fit(const FitInput& input, const FitSettings& settings) 
       reached += 2 * level_error;
       if (settings.progress) settings.progress(l + 1, shape.levels);
     }
+    reached *= grows;
     shape.error = static_cast<float>(reached);
     if (const auto valid = read_field_parm(head, write_field_parm(shape)); !valid) {
       Error e = valid.error();

@@ -59,7 +59,8 @@ Result<FieldShape> field_shape_from_options(const OptionValues& options, const H
   if (*torus && (s.kind != FieldKind::gmrf || !std::has_single_bit(**torus)))
     return bad_argument("--torus: expected a power of two, and model gmrf");
   if (s.kind == FieldKind::gmrf) {
-    const std::uint32_t automatic = std::clamp(std::bit_ceil(2 * side), 64u, 512u);
+    const std::uint32_t automatic =
+        std::max(std::clamp(std::bit_ceil(2 * side), 64u, 512u), 1u << (s.levels - 1));
     s.torus_log2 = static_cast<std::uint32_t>(std::bit_width(torus->value_or(automatic))) - 1;
     if (s.torus_log2 + 1 < s.levels)
       return bad_argument(fmt::format("--torus: {} levels need at least {}", s.levels, 1u << (s.levels - 1)));

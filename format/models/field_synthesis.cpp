@@ -63,7 +63,8 @@ HWY_INLINE void noise_group(const Skewed& s, const std::uint32_t* places, hn::Ve
     c = hn::Xor(c, hn::ShiftRight<16>(c));
     a = hn::Add(a, hn::Mul(b, c));
     b = hn::Add(b, hn::Mul(c, a));
-    const auto bits = hn::ShiftLeft<16>(hn::PopulationCount(a));
+    const auto bits = hn::ShiftLeft<16>(
+        hn::PopulationCount(hn::Mul(hn::Xor(a, hn::ShiftRight<16>(a)), hn::Set(du, 0x85ebca6bu))));
     const auto triangle = hn::Add(hn::ShiftRight<16>(b), hn::And(b, hn::Set(du, 0xffffu)));
     const auto e = hn::Sub(hn::BitCast(di, hn::Add(bits, triangle)), hn::Set(di, 1114111));
     hn::StoreU(hn::Mul(hn::ConvertTo(d, e), hn::Set(d, FIELD_NOISE_UNIT)), d, out + t * s.lanes);

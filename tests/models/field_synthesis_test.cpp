@@ -43,11 +43,11 @@ TEST(FieldNoise, FixedValues) {
     int e;
   };
   constexpr Case kCases[] = {{1u, 0u, 0u, 0u, 0u, 265869},
-                             {1u, 1u, 0u, 0u, 0u, -446151},
+                             {1u, 1u, 0u, 0u, 0u, 274745},
                              {1u, 0u, 1u, 0u, 0u, -99605},
                              {7u, 4294967295u, 5u, 2u, 1u, -102381},
-                             {4294967295u, 2147483648u, 2147483647u, 7u, 15u, -193498},
-                             {12345u, 1000000u, 999u, 3u, 4u, -358485}};
+                             {4294967295u, 2147483648u, 2147483647u, 7u, 15u, 68646},
+                             {12345u, 1000000u, 999u, 3u, 4u, -227413}};
   for (const Case& c : kCases)
     EXPECT_EQ(field_noise_integer(c.x, c.y, field_stream(c.seed, c.level, c.factor)), c.e);
 }
@@ -81,8 +81,7 @@ TEST(FieldNoise, Moments) {
   EXPECT_NEAR(fourth / kCount, 2.94, 15 * kBound);
   for (std::size_t i = 0; i < others.size(); ++i)
     EXPECT_NEAR(with_other[i] / kCount, 0, kBound) << "other " << i;
-  for (std::size_t i = 0; i < kLags.size(); ++i)
-    EXPECT_NEAR(with_lag[i] / kCount, 0, kBound + 0.025) << "lag " << i;
+  for (std::size_t i = 0; i < kLags.size(); ++i) EXPECT_NEAR(with_lag[i] / kCount, 0, kBound) << "lag " << i;
 }
 
 TEST(FieldNoise, StreamsDiffer) {

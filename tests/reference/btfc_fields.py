@@ -37,7 +37,7 @@ def hash2(x, y, z):
     x, y, z = (v ^ (v >> np.uint32(16)) for v in (x, y, z))
     x = x + y * z
     y = y + z * x
-    return x, y
+    return (x ^ (x >> np.uint32(16))) * np.uint32(0x85EBCA6B), y
 
 
 def ones(x):

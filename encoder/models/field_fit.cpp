@@ -196,129 +196,162 @@ Result<Done> complete_records(const Head& head, const FieldShape& shape, FieldPa
   return Done{};
 }
 
+// What the options ask of a fit, beside the shape.
+struct Wanted {
+  double error = kDefaultError;
+  Bands bands = Bands::power;
+  std::optional<std::uint32_t> order;
+};
+
+Result<Wanted> wanted_of(const OptionValues& options) {
+  Wanted wanted;
+  const auto error = parse_double(options, "error", 1e-6, 1);
+  if (!error) return error.error();
+  wanted.error = error->value_or(kDefaultError);
+  constexpr const char* kBands[] = {"power", "laplacian"};
+  const auto bands = parse_choice(options, "bands", kBands);
+  if (!bands) return bands.error();
+  wanted.bands = static_cast<Bands>(bands->value_or(0));
+  const auto order = parse_automatic(options, "order", 0, kFieldCandidates);
+  if (!order) return order.error();
+  wanted.order = *order;
+  if (const auto clusters = parse_automatic(options, "clusters", 1, kFieldMostClusters); !clusters)
+    return clusters.error();
+  return wanted;
+}
+
+// PARM but for neighbourhoods, margins and the error.
+Result<FieldShape> shape_of(const FieldInput& input, const FitSettings& settings) {
+  const auto clusters = static_cast<std::uint32_t>(input.channels.size());
+  OptionValues options = settings.options;
+  options["clusters"] = std::to_string(clusters);
+  Result<FieldShape> shape = field_shape_from_options(options, input.head, clusters, 0);
+  if (!shape) return shape.error();
+  shape->clusters = clusters;
+  shape->seed = static_cast<std::uint32_t>(settings.seed ^ settings.seed >> 32);
+  shape->range_bits = input.range_bits;
+  shape->range_width = input.range_width;
+  shape->range_height = input.range_height;
+  shape->masks.clear();
+  return shape;
+}
+
+std::vector<SubspaceFactors> all_factors(const FieldInput& input, const FieldShape& shape, Bands bands) {
+  std::vector<SubspaceFactors> subspaces(input.channels.size());
+  subspaces[0] = factors_of(input.channels[0], shape, input.wraps, bands, std::nullopt);
+  (void)for_each_index(subspaces.size() - 1, [&](std::size_t k) -> Result<Done> {
+    subspaces[k + 1] = factors_of(input.channels[k + 1], shape, input.wraps, bands, subspaces[0].basis);
+    return Done{};
+  });
+  return subspaces;
+}
+
+// What became of all levels' models.
+struct Stability {
+  std::size_t models = 0, unstable = 0, after = 0, shrunk = 0;
+  double least_shrink = 1, largest_radius = 0, likelihood_lost = 0;
+
+  void add(const LevelModel& m) {
+    ++models;
+    unstable += m.radius >= 1 ? 1 : 0;
+    after += m.repaired_radius >= 1 ? 1 : 0;
+    shrunk += m.shrink < 1 ? 1 : 0;
+    least_shrink = std::min(least_shrink, m.shrink);
+    largest_radius = std::max(largest_radius, m.radius);
+    likelihood_lost += m.likelihood_lost;
+  }
+  std::vector<Parameter> report() const {
+    return {{"models", std::to_string(models)},
+            {"unstable", std::to_string(unstable)},
+            {"unstable_after_repair", std::to_string(after)},
+            {"shrunk", std::to_string(shrunk)},
+            {"least_shrink", fmt::format("{:.5f}", least_shrink)},
+            {"largest_radius", fmt::format("{:.5f}", largest_radius)},
+            {"likelihood_lost", fmt::format("{:.5g}", likelihood_lost)}};
+  }
+};
+
+// Fits level after level: completes the shape and the payload's levels.
+Stability settle_levels(const FieldInput& input, const std::vector<SubspaceFactors>& subspaces,
+                        const Wanted& wanted, const FitSettings& settings, FieldShape& shape,
+                        FieldPayload& payload) {
+  // The gain of blending and the bump filter may add to an error.
+  const double grows = (shape.clusters > 1 ? double{FIELD_MOST_GAIN} : 1) * (1 + double{input.relief});
+  // Levels and factors share the error; half of it is left to what runs out of a window and back.
+  const double share = 0.5 * std::max(0.0, wanted.error / grows - kRounding) /
+                       (shape.levels * (shape.coupled() ? 1 : shape.factors));
+  Stability stability;
+  double reached = kRounding;
+  for (std::uint32_t l = 0; l < shape.levels; ++l) {
+    const LevelFit fit = fit_level(shape, subspaces, l, input.wraps, wanted.bands, wanted.order, share);
+    shape.masks.insert(shape.masks.end(), fit.masks.begin(), fit.masks.end());
+    std::uint32_t margin = shape.kind == FieldKind::gmrf ? 0 : 4;
+    payload.levels.emplace_back();
+    for (const std::vector<LevelModel>& of_subspace : fit.models) {
+      for (const LevelModel& m : of_subspace) {
+        payload.levels.back().insert(payload.levels.back().end(), m.numbers.begin(), m.numbers.end());
+        margin = std::max(margin, m.margin);
+        stability.add(m);
+      }
+    }
+    shape.margins[l] = margin;
+    double level_error = 0;
+    for (const std::vector<LevelModel>& of_subspace : fit.models) {
+      double sum = 0;
+      for (const LevelModel& m : of_subspace) sum += m.tail.empty() ? 0 : m.tail[margin];
+      level_error = std::max(level_error, sum);
+    }
+    reached += 2 * level_error;
+    if (settings.progress) settings.progress(l + 1, shape.levels);
+  }
+  shape.error = static_cast<float>(grows * reached);
+  return stability;
+}
+
+Result<FitResult> fit(ModelId model, const FitInput& input, const Wanted& wanted,
+                      const FitSettings& settings) {
+  Result<FieldInput> analysed = field_input(model, input, settings);
+  if (!analysed) return analysed.error();
+  analysed->head.unbounded = true;
+  const Head& head = analysed->head;
+  Result<FieldShape> shape = shape_of(*analysed, settings);
+  if (!shape) return shape.error();
+  const std::vector<SubspaceFactors> subspaces = all_factors(*analysed, *shape, wanted.bands);
+  FieldPayload payload{analysed->directions,
+                       analysed->subspace_of_pair,
+                       analysed->relief,
+                       analysed->height_step,
+                       analysed->range,
+                       records_of(*shape, subspaces),
+                       {}};
+  const Stability stability = settle_levels(*analysed, subspaces, wanted, settings, *shape, payload);
+  if (const auto valid = read_field_parm(head, write_field_parm(*shape)); !valid) {
+    Error error = valid.error();
+    error.rule = "";
+    error.status = Status::bad_argument;
+    return error;
+  }
+  if (const auto done = complete_records(head, *shape, payload); !done) return done.error();
+  FitResult result;
+  result.chunks = field_write(head, *shape, payload);
+  result.meta[fmt::format("{}.seed", find_model(model)->name)] = std::to_string(settings.seed);
+  result.report = analysed->report;
+  result.report.push_back({"clusters", std::to_string(shape->clusters)});
+  result.report.push_back({"error", fmt::format("{:.3g}", shape->error)});
+  for (Parameter& found : stability.report()) result.report.push_back(std::move(found));
+  return result;
+}
+
 }  // namespace
 
 const std::span<const OptionSpec> kFieldFitOptions = kOptions;
 
 template <ModelId kModel>
 Result<FitResult> field_fit(const FitInput& input, const FitSettings& settings) {
-  const auto wanted_error = parse_double(settings.options, "error", 1e-6, 1);
-  if (!wanted_error) return wanted_error.error();
-  const double error = wanted_error->value_or(kDefaultError);
-  if (const auto clusters = parse_automatic(settings.options, "clusters", 1, kFieldMostClusters); !clusters)
-    return clusters.error();
-  constexpr const char* kBands[] = {"power", "laplacian"};
-  const auto wanted_bands = parse_choice(settings.options, "bands", kBands);
-  if (!wanted_bands) return wanted_bands.error();
-  const Bands bands = static_cast<Bands>(wanted_bands->value_or(0));
-  const auto order = parse_automatic(settings.options, "order", 0, kFieldCandidates);
-  if (!order) return order.error();
-
+  const Result<Wanted> wanted = wanted_of(settings.options);
+  if (!wanted) return wanted.error();
   Result<FitResult> result = FitResult{};
-  run_on_threads(settings.threads, [&] {
-    Result<FieldInput> analysed = field_input(kModel, input, settings);
-    if (!analysed) {
-      result = analysed.error();
-      return;
-    }
-    Head head = analysed->head;
-    head.unbounded = true;
-    const auto clusters = static_cast<std::uint32_t>(analysed->channels.size());
-    OptionValues options = settings.options;
-    options["clusters"] = std::to_string(clusters);
-    Result<FieldShape> described = field_shape_from_options(options, head, clusters, 0);
-    if (!described) {
-      result = described.error();
-      return;
-    }
-    FieldShape& shape = *described;
-    shape.clusters = clusters;
-    shape.seed = static_cast<std::uint32_t>(settings.seed ^ settings.seed >> 32);
-    shape.range_bits = analysed->range_bits;
-    shape.range_width = analysed->range_width;
-    shape.range_height = analysed->range_height;
-
-    std::vector<SubspaceFactors> subspaces(clusters);
-    subspaces[0] = factors_of(analysed->channels[0], shape, analysed->wraps, bands, std::nullopt);
-    (void)for_each_index(clusters - 1, [&](std::size_t k) -> Result<Done> {
-      subspaces[k + 1] =
-          factors_of(analysed->channels[k + 1], shape, analysed->wraps, bands, subspaces[0].basis);
-      return Done{};
-    });
-
-    FieldPayload payload;
-    payload.directions = analysed->directions;
-    payload.subspace_of_pair = analysed->subspace_of_pair;
-    payload.relief = analysed->relief;
-    payload.height_step = analysed->height_step;
-    payload.range = analysed->range;
-    payload.records = records_of(shape, subspaces);
-    shape.masks.clear();
-    // The gain of blending and the bump filter may add to an error.
-    const double grows = (clusters > 1 ? double{FIELD_MOST_GAIN} : 1) * (1 + double{analysed->relief});
-    // Levels and factors share the error; half of it is left to what runs out of a window and back.
-    const double share = 0.5 * std::max(0.0, error / grows - kRounding) /
-                         (shape.levels * (shape.coupled() ? 1 : shape.factors));
-    double reached = kRounding, lost = 0, worst_shrink = 1, worst_radius = 0;
-    std::size_t models = 0, unstable = 0, after = 0, shrunk_models = 0;
-    for (std::uint32_t l = 0; l < shape.levels; ++l) {
-      const LevelFit fit = fit_level(shape, subspaces, l, analysed->wraps, bands, *order, share);
-      shape.masks.insert(shape.masks.end(), fit.masks.begin(), fit.masks.end());
-      std::uint32_t margin = shape.kind == FieldKind::gmrf ? 0 : 4;
-      std::vector<float> numbers;
-      for (const std::vector<LevelModel>& of_subspace : fit.models) {
-        for (const LevelModel& m : of_subspace) {
-          numbers.insert(numbers.end(), m.numbers.begin(), m.numbers.end());
-          margin = std::max(margin, m.margin);
-          ++models;
-          unstable += m.radius >= 1 ? 1 : 0;
-          after += m.repaired_radius >= 1 ? 1 : 0;
-          shrunk_models += m.shrink < 1 ? 1 : 0;
-          lost += m.likelihood_lost;
-          worst_shrink = std::min(worst_shrink, m.shrink);
-          worst_radius = std::max(worst_radius, m.radius);
-        }
-      }
-      shape.margins[l] = margin;
-      payload.levels.push_back(std::move(numbers));
-      double level_error = 0;
-      for (const std::vector<LevelModel>& of_subspace : fit.models) {
-        double sum = 0;
-        for (const LevelModel& m : of_subspace) sum += m.tail.empty() ? 0 : m.tail[margin];
-        level_error = std::max(level_error, sum);
-      }
-      reached += 2 * level_error;
-      if (settings.progress) settings.progress(l + 1, shape.levels);
-    }
-    reached *= grows;
-    shape.error = static_cast<float>(reached);
-    if (const auto valid = read_field_parm(head, write_field_parm(shape)); !valid) {
-      Error e = valid.error();
-      e.rule = "";
-      e.status = Status::bad_argument;
-      result = e;
-      return;
-    }
-    if (const auto done = complete_records(head, shape, payload); !done) {
-      result = done.error();
-      return;
-    }
-    result->chunks = field_write(head, shape, payload);
-    result->meta[fmt::format("{}.seed", find_model(kModel)->name)] = std::to_string(settings.seed);
-    result->report = analysed->report;
-    const auto number = [&](const char* name, const std::string& value) {
-      result->report.push_back({name, value});
-    };
-    number("clusters", std::to_string(clusters));
-    number("error", fmt::format("{:.3g}", reached));
-    number("models", std::to_string(models));
-    number("unstable", std::to_string(unstable));
-    number("unstable_after_repair", std::to_string(after));
-    number("shrunk", std::to_string(shrunk_models));
-    number("least_shrink", fmt::format("{:.5f}", worst_shrink));
-    number("largest_radius", fmt::format("{:.5f}", worst_radius));
-    number("likelihood_lost", fmt::format("{:.5g}", lost));
-  });
+  run_on_threads(settings.threads, [&] { result = fit(kModel, input, *wanted, settings); });
   return result;
 }
 template Result<FitResult> field_fit<ModelId::car>(const FitInput&, const FitSettings&);

@@ -99,26 +99,36 @@ int run(Arguments& a) {
       (*d)[2] = static_cast<float>(z);
     }
   }
+  // Unbounded textures: rectangles anew each time, texels through what a thread keeps, and the reference,
+  // which keeps nothing, for a few texels only.
+  const bool unbounded = btfc_texture_unbounded(t) != 0;
+  using Scratch = std::unique_ptr<btfc_scratch, decltype(&btfc_scratch_free)>;
+  const auto new_scratch = [&] {
+    return Scratch(unbounded ? btfc_scratch_new(t) : nullptr, btfc_scratch_free);
+  };
+  const Scratch scratch = new_scratch();
   std::vector<float> values(4 * queries.size());
   std::vector<unsigned char> image(size), other(size), batch(kRandomTexels * texel_bytes);
   btfc_decode_rect(t, nullptr, map, &fixed, 0, 0, width, height, info.sample, image.data(), row, size);
 
-  const std::uint32_t naive_rows = btf ? 8 : 64;
+  const std::uint32_t naive_rows = std::min(height, unbounded ? 1u : btf ? 8u : 64u);
+  const std::uint32_t naive_columns = unbounded ? std::min(width, 16u) : width;
   std::vector<Contestant> all = {
       {"cpu_full_mtexel_s",
        texels,
        [&] {
-         btfc_decode_rect(t, nullptr, map, &fixed, 0, 0, width, height, info.sample, other.data(), row, size);
+         btfc_decode_rect(t, new_scratch().get(), map, &fixed, 0, 0, width, height, info.sample, other.data(),
+                          row, size);
        },
        {}},
       {"cpu_random_mtexel_s",
        btf ? kSingleQueries : kRandomTexels,
        [&] {
          for (std::size_t i = 0; i < kSingleQueries && btf; ++i)
-           btfc_eval(t, nullptr, &queries[i], sizeof(btfc_query), 1, &values[4 * i], 4);
+           btfc_eval(t, scratch.get(), &queries[i], sizeof(btfc_query), 1, &values[4 * i], 4);
          for (std::size_t i = 0; i < kRandomTexels && !btf; ++i) {
-           btfc_decode_texels(t, nullptr, map, nullptr, &at[2 * i], 1, info.sample, &batch[i * texel_bytes],
-                              texel_bytes);
+           btfc_decode_texels(t, scratch.get(), map, nullptr, &at[2 * i], 1, info.sample,
+                              &batch[i * texel_bytes], texel_bytes);
          }
        },
        {}},
@@ -126,15 +136,15 @@ int run(Arguments& a) {
        batch_texels,
        [&] {
          if (btf) {
-           btfc_eval(t, nullptr, queries.data(), sizeof(btfc_query), queries.size(), values.data(), 4);
+           btfc_eval(t, scratch.get(), queries.data(), sizeof(btfc_query), queries.size(), values.data(), 4);
            return;
          }
-         btfc_decode_texels(t, nullptr, map, nullptr, at.data(), kRandomTexels, info.sample, batch.data(),
-                            batch.size());
+         btfc_decode_texels(t, scratch.get(), map, nullptr, at.data(), kRandomTexels, info.sample,
+                            batch.data(), batch.size());
        },
        {}},
       {"cpu_naive_mtexel_s",
-       std::size_t{width} * std::min(height, naive_rows),
+       std::size_t{naive_columns} * naive_rows,
        [&] {  // the reference, texel by texel as floats
          btfc_query query{};
          query.map = map;
@@ -142,8 +152,8 @@ int run(Arguments& a) {
          std::copy_n(fixed.view, 3, query.view);
          std::copy_n(fixed.light, 3, query.light);
          float value[4];
-         for (query.y = 0; query.y < static_cast<std::int32_t>(std::min(height, naive_rows)); ++query.y) {
-           for (query.x = 0; query.x < static_cast<std::int32_t>(width); ++query.x) {
+         for (query.y = 0; query.y < static_cast<std::int32_t>(naive_rows); ++query.y) {
+           for (query.x = 0; query.x < static_cast<std::int32_t>(naive_columns); ++query.x) {
              btfc_eval(t, nullptr, &query, sizeof query, 1, value, 4);
              std::memcpy(batch.data(), value, sizeof(float));
            }

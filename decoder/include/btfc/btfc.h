@@ -193,7 +193,10 @@ BTFC_API btfc_result btfc_texture_light(const btfc_texture* texture, uint32_t li
 BTFC_API btfc_result btfc_texture_pair(const btfc_texture* texture, uint32_t pair, uint32_t* view_ret,
                                        uint32_t* light_ret);
 
-/* NULL where there is not enough memory. One scratch serves one thread and one texture. */
+/* NULL where there is not enough memory. One scratch serves one thread and one texture. Unbounded textures
+ * keep tiles of 256x256 finished texels in it, up to 224 MiB; without one a call makes its own, and a few
+ * queries are answered by sums over impulse responses, exact within the file's error but a thousand times
+ * slower. Other textures keep nothing. */
 BTFC_API btfc_scratch* btfc_scratch_new(const btfc_texture* texture);
 BTFC_API void btfc_scratch_free(btfc_scratch* scratch);
 

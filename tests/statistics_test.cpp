@@ -5,7 +5,7 @@
 #include <complex>
 #include <numbers>
 
-#include "encoder/metrics/fourier.h"
+#include "format/fourier.h"
 #include "encoder/metrics/texture_statistics.h"
 #include "encoder/models/patch_joins.h"
 #include "encoder/models/patch_sample.h"

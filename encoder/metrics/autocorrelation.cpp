@@ -5,7 +5,7 @@
 #include <cmath>
 #include <complex>
 
-#include "encoder/metrics/fourier.h"
+#include "format/fourier.h"
 
 namespace btfc {
 

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "encoder/metrics/display_values.h"
-#include "encoder/metrics/fourier.h"
+#include "format/fourier.h"
 
 namespace btfc {
 namespace {

@@ -3,67 +3,32 @@
 
 #include <fmt/format.h>
 
-#include <bit>
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <vector>
+
+#include "format/fourier.h"
 
 namespace btfc {
 namespace {
 
 constexpr double kLeastDenominator = 5.9604644775390625e-08;  // 2^-24
 
-// exp(2 pi i k / n) for all k.
-std::vector<std::complex<double>> roots(std::size_t n) {
-  std::vector<std::complex<double>> w(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    const double angle = 2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n);
-    w[k] = {std::cos(angle), std::sin(angle)};
-  }
-  return w;
-}
-
-// Radix 2, in place: sum over t of f(t) exp(-+ 2 pi i k t / n), not divided by n.
-void transform(std::complex<double>* f, std::size_t n, std::size_t stride, bool inverse,
-               const std::vector<std::complex<double>>& w) {
-  for (std::size_t i = 1, j = 0; i < n; ++i) {
-    std::size_t bit = n >> 1;
-    for (; (j & bit) != 0; bit >>= 1) j ^= bit;
-    j ^= bit;
-    if (i < j) std::swap(f[i * stride], f[j * stride]);
-  }
-  for (std::size_t half = 1; half < n; half *= 2) {
-    for (std::size_t begin = 0; begin < n; begin += 2 * half) {
-      for (std::size_t k = 0; k < half; ++k) {
-        const std::complex<double> root = w[k * (n / 2 / half)];
-        const double re = root.real(), im = inverse ? root.imag() : -root.imag();
-        std::complex<double>&a = f[(begin + k) * stride], &b = f[(begin + half + k) * stride];
-        const std::complex<double> odd(re * b.real() - im * b.imag(), re * b.imag() + im * b.real());
-        b = a - odd;
-        a += odd;
-      }
-    }
-  }
-}
-
-void transform_square(std::vector<std::complex<double>>& f, std::size_t n, bool inverse) {
-  const auto w = roots(n);
-  for (std::size_t y = 0; y < n; ++y) transform(&f[y * n], n, 1, inverse, w);
-  for (std::size_t x = 0; x < n; ++x) transform(&f[x], n, n, inverse, w);
-}
-
 }  // namespace
 
 void field_torus_denominator(std::span<const FieldOffset> offsets, const float* coefficients,
                              std::uint32_t side, std::span<double> out) {
-  const auto w = roots(side);
+  std::vector<double> cosine(side);
+  for (std::size_t k = 0; k < side; ++k)
+    cosine[k] = std::cos(2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(side));
   for (std::uint32_t i = 0; i < side; ++i) {
     for (std::uint32_t j = 0; j < side; ++j) {
       double sum = 1;
       for (std::size_t s = 0; s < offsets.size(); ++s) {
         const auto phase =
             static_cast<std::uint32_t>(offsets[s].dx) * j + static_cast<std::uint32_t>(offsets[s].dy) * i;
-        sum -= 2 * double{coefficients[s]} * w[phase & (side - 1)].real();
+        sum -= 2 * double{coefficients[s]} * cosine[phase & (side - 1)];
       }
       out[std::size_t{i} * side + j] = sum;
     }
@@ -90,12 +55,14 @@ Result<Done> field_torus(const FieldBand& band, std::uint32_t subspace, std::uin
     const auto x = static_cast<uint>(i % n), y = static_cast<uint>(i / n);
     f[i] = static_cast<double>(field_noise_integer(x, y, stream)) * double{FIELD_NOISE_UNIT};
   }
-  transform_square(f, n, false);
+  const Fourier fourier(n);
+  fourier.transform_square(f);
   const double scale = double{numbers[0]} / static_cast<double>(texels);
-  // No mean: a torus is all there is of the texture, and its colour is the mean's.
+  // No mean: a torus is all there is of the texture, and its colour is the mean's. The inverse transform is the
+  // conjugate of the forward one of the conjugate; what it gives is real.
   f[0] = 0;
-  for (std::size_t i = 0; i < texels; ++i) f[i] *= scale / std::sqrt(denominator[i]);
-  transform_square(f, n, true);
+  for (std::size_t i = 0; i < texels; ++i) f[i] = std::conj(f[i]) * (scale / std::sqrt(denominator[i]));
+  fourier.transform_square(f);
   for (std::size_t i = 0; i < texels; ++i) out[i] = static_cast<float>(f[i].real());
   return Done{};
 }

@@ -1,5 +1,5 @@
 // Radix 2, decimation in time (Cooley and Tukey 1965).
-#include "encoder/metrics/fourier.h"
+#include "format/fourier.h"
 
 #include <cmath>
 #include <numbers>

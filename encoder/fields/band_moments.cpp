@@ -4,12 +4,6 @@
 #include <algorithm>
 #include <array>
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wshadow"
-#include <Eigen/Eigenvalues>
-#pragma GCC diagnostic pop
-
 namespace btfc {
 namespace {
 

@@ -1,12 +1,6 @@
 // Eigenvectors of the channels' covariance.
 #include "encoder/fields/colour_factors.h"
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wshadow"
-#include <Eigen/Eigenvalues>
-#pragma GCC diagnostic pop
-
 namespace btfc {
 
 ColourFactors colour_factors(const std::vector<FieldPlane>& channels, const std::optional<MatrixD>& like) {

@@ -15,31 +15,26 @@ std::uint32_t fold(std::int64_t at, std::uint32_t size, bool wraps) {
   return static_cast<std::uint32_t>(at < n ? at : period - at);
 }
 
-FieldPlane reduce(const FieldPlane& fine, bool wraps) {
+// Every second texel of the smoothed rows, rows and columns exchanged.
+FieldPlane halved_and_turned(const FieldPlane& fine, bool wraps) {
   constexpr std::array<double, 5> kKernel = {1.0 / 16, 4.0 / 16, 6.0 / 16, 4.0 / 16, 1.0 / 16};
-  FieldPlane rows{(fine.width + 1) / 2, fine.height, {}};
-  rows.values.resize(std::size_t{rows.width} * rows.height);
-  for (std::uint32_t y = 0; y < rows.height; ++y) {
-    for (std::uint32_t x = 0; x < rows.width; ++x) {
+  FieldPlane out{fine.height, (fine.width + 1) / 2, {}};
+  out.values.reserve(std::size_t{out.width} * out.height);
+  for (std::uint32_t x = 0; x < out.height; ++x) {
+    for (std::uint32_t y = 0; y < fine.height; ++y) {
       double sum = 0;
-      for (int i = -2; i <= 2; ++i)
+      for (int i = -2; i <= 2; ++i) {
         sum += kKernel[static_cast<std::size_t>(i + 2)] *
                fine.at(fold(std::int64_t{2} * x + i, fine.width, wraps), y);
-      rows.values[std::size_t{y} * rows.width + x] = sum;
-    }
-  }
-  FieldPlane out{rows.width, (fine.height + 1) / 2, {}};
-  out.values.resize(std::size_t{out.width} * out.height);
-  for (std::uint32_t y = 0; y < out.height; ++y) {
-    for (std::uint32_t x = 0; x < out.width; ++x) {
-      double sum = 0;
-      for (int i = -2; i <= 2; ++i)
-        sum += kKernel[static_cast<std::size_t>(i + 2)] *
-               rows.at(x, fold(std::int64_t{2} * y + i, fine.height, wraps));
-      out.values[std::size_t{y} * out.width + x] = sum;
+      }
+      out.values.push_back(sum);
     }
   }
   return out;
+}
+
+FieldPlane reduce(const FieldPlane& fine, bool wraps) {
+  return halved_and_turned(halved_and_turned(fine, wraps), wraps);
 }
 
 // What expanding gives at one place of an axis: three coarse places and their weights.
@@ -70,19 +65,6 @@ void subtract_expanded(const FieldPlane& coarse, bool wraps, FieldPlane& fine) {
 }
 
 }  // namespace
-
-double mean_of(const FieldPlane& plane) {
-  double sum = 0;
-  for (const double v : plane.values) sum += v;
-  return sum / static_cast<double>(plane.values.size());
-}
-
-double variance_of(const FieldPlane& plane) {
-  const double mean = mean_of(plane);
-  double sum = 0;
-  for (const double v : plane.values) sum += (v - mean) * (v - mean);
-  return sum / static_cast<double>(plane.values.size());
-}
 
 std::vector<FieldPlane> gaussian_pyramid(const FieldPlane& plane, std::uint32_t levels, bool wraps) {
   std::vector<FieldPlane> out = {plane};

@@ -10,12 +10,6 @@
 #include "format/models/field_response.h"
 #include "format/models/field_torus.h"
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wshadow"
-#include <Eigen/Cholesky>
-#pragma GCC diagnostic pop
-
 namespace btfc {
 namespace {
 

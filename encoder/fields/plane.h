@@ -12,7 +12,5 @@ struct FieldPlane {
 };
 
 double mean_of(const FieldPlane& plane);
-// Two passes, over all texels.
-double variance_of(const FieldPlane& plane);
 
 }  // namespace btfc

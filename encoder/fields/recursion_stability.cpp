@@ -8,13 +8,6 @@
 #include <numbers>
 #include <vector>
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wshadow"
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#pragma GCC diagnostic pop
-
 namespace btfc {
 namespace {
 

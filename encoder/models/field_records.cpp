@@ -11,12 +11,6 @@
 #include "encoder/linear/matrix.h"
 #include "format/models/field_collapse.h"
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wshadow"
-#include <Eigen/Eigenvalues>
-#pragma GCC diagnostic pop
-
 namespace btfc {
 namespace {
 

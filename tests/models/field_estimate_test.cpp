@@ -26,6 +26,14 @@
 namespace btfc::test {
 namespace {
 
+// Two passes, over all texels.
+double variance_of(const FieldPlane& plane) {
+  const double mean = mean_of(plane);
+  double sum = 0;
+  for (const double v : plane.values) sum += (v - mean) * (v - mean);
+  return sum / static_cast<double>(plane.values.size());
+}
+
 template <class Value>
 FieldPlane plane_of(std::uint32_t width, std::uint32_t height, const Value& value) {
   FieldPlane plane{width, height, {}};

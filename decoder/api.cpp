@@ -178,7 +178,7 @@ void eval_one(const btfc_texture& texture, const btfc_query& from, float* out) {
 // Enough queries to be sorted before they are answered, and how many are held at once.
 constexpr std::size_t kManyQueries = 256, kHeldQueries = std::size_t{1} << 20;
 
-// The queries of each map that the model answers together; the others one by one.
+// The queries of each map, which the model answers together.
 template <class QueryAt>
 void eval_many(const btfc_texture& texture, void* cache, const QueryAt& query_at, std::size_t count,
                float* values, std::size_t stride) {
@@ -190,11 +190,7 @@ void eval_many(const btfc_texture& texture, void* cache, const QueryAt& query_at
     const auto answer = [&] {
       if (held.empty()) return;
       answers.resize(held.size() * channels);
-      if (cache != nullptr) {
-        texture.model->cached_queries(texture.item, map, held, cache, answers.data());
-      } else {
-        texture.model->eval_queries(texture.item, map, held, answers.data());
-      }
+      texture.model->eval_queries(texture.item, map, held, cache, answers.data());
       for (std::size_t i = 0; i < numbers.size(); ++i)
         std::memcpy(values + numbers[i] * stride, &answers[i * channels], channels * sizeof(float));
       held.clear();
@@ -203,10 +199,6 @@ void eval_many(const btfc_texture& texture, void* cache, const QueryAt& query_at
     for (std::size_t q = 0; q < count; ++q) {
       const btfc_query& from = *query_at(q);
       if (from.map != map) continue;
-      if (cache == nullptr && from.footprint > 1) {
-        eval_one(texture, from, values + q * stride);
-        continue;
-      }
       held.push_back(query_of(from));
       numbers.push_back(q);
       if (held.size() == kHeldQueries) answer();
@@ -220,9 +212,14 @@ bool inside(const Head& head, std::int32_t x, std::int32_t y, std::uint32_t widt
          std::uint64_t(y) + height <= head.height;
 }
 
+// Whether so many queries are worth a cache of their own, or have one.
+bool takes_cache(const btfc_texture& texture, const btfc_scratch* scratch, std::size_t queries) {
+  return texture.model->make_cache != nullptr && (scratch != nullptr || queries >= kManyQueries);
+}
+
 // The scratch's cache, or one for this call.
 std::shared_ptr<void> cache_for(const btfc_texture& texture, const btfc_scratch* scratch) {
-  if (scratch != nullptr && scratch->texture == &texture && scratch->cache != nullptr) return scratch->cache;
+  if (scratch != nullptr && scratch->texture == &texture) return scratch->cache;
   return texture.model->make_cache(texture.item);
 }
 
@@ -240,35 +237,21 @@ void store_rows(const std::vector<float>& values, std::size_t row, std::uint32_t
   }
 }
 
-// A rectangle anywhere through the cache, band by band.
-void decode_cached(const btfc_texture& texture, void* cache, std::uint32_t map, BtfcQuery query,
-                   std::uint32_t width, std::uint32_t height, btfc_sample sample, std::uint8_t* out,
-                   std::size_t row_stride) {
+// A rectangle of computed values, rounded to samples band by band: decode(query, rows, values) fills one
+// whose top left texel is query's.
+template <class Decode>
+void decode_bands(const btfc_texture& texture, std::uint32_t map, BtfcQuery query, std::uint32_t width,
+                  std::uint32_t height, btfc_sample sample, std::uint8_t* out, std::size_t row_stride,
+                  const Decode& decode) {
   constexpr std::uint32_t kBandTexels = 65536, kLeastBand = 8;
   const std::uint32_t band = std::min(height, std::max(kLeastBand, kBandTexels / width));
   const std::size_t row = std::size_t{width} * texture.item.head.maps[map].channels;
   std::vector<float> values(band * row);
   for (std::uint32_t done = 0; done < height; done += band) {
     const std::uint32_t rows = std::min(band, height - done);
-    texture.model->cached_rect(texture.item, map, query, width, rows, cache, values.data());
+    decode(query, rows, values.data());
     store_rows(values, row, rows, sample, out + done * row_stride, row_stride);
     query.texel.y = static_cast<int>(static_cast<std::uint32_t>(query.texel.y) + rows);
-  }
-}
-
-// A rectangle inside the texture by the model's fast values, rounded to samples band by band.
-void decode_values_inside(const btfc_texture& texture, std::uint32_t map, BtfcQuery query,
-                          std::uint32_t width, std::uint32_t height, btfc_sample sample, std::uint8_t* out,
-                          std::size_t row_stride) {
-  const std::vector<float> state = texture.model->begin_values(texture.item, map, query);
-  constexpr std::uint32_t kBandTexels = 65536, kLeastBand = 8;
-  const std::uint32_t band = std::min(height, std::max(kLeastBand, kBandTexels / width));
-  const std::size_t row = std::size_t{width} * texture.item.head.maps[map].channels;
-  std::vector<float> values(band * row);
-  for (std::uint32_t done = 0; done < height; done += band, query.texel.y += static_cast<int>(band)) {
-    const std::uint32_t rows = std::min(band, height - done);
-    texture.model->decode_values(texture.item, map, state, query, width, rows, values.data());
-    store_rows(values, row, rows, sample, out + done * row_stride, row_stride);
   }
 }
 
@@ -446,11 +429,11 @@ btfc_result btfc_texture_load(btfc_reader* reader, const btfc_selection* selecti
       if (const auto ok = model.select(*item, selection->period, selection->relief); !ok)
         return report(ok.error(), error);
     }
-    auto* texture = new btfc_texture;
+    auto texture = std::make_unique<btfc_texture>();
     texture->item = *std::move(item);
-    texture->model = &decoder_model(texture->item.head.model);
-    if (texture->model->make_tables != nullptr) texture->tables = texture->model->make_tables(texture->item);
-    *texture_ret = texture;
+    texture->model = &model;
+    if (model.make_tables != nullptr) texture->tables = model.make_tables(texture->item);
+    *texture_ret = texture.release();
     return BTFC_OK;
   });
 }
@@ -502,13 +485,14 @@ btfc_result btfc_texture_pair(const btfc_texture* texture, uint32_t pair, uint32
 
 btfc_scratch* btfc_scratch_new(const btfc_texture* texture) {
   if (texture == nullptr) return nullptr;
-  btfc_scratch* scratch = nullptr;
-  guarded(nullptr, [&] {
-    scratch = new btfc_scratch{texture, nullptr};
+  std::unique_ptr<btfc_scratch> scratch;
+  const btfc_result made = guarded(nullptr, [&] {
+    scratch = std::make_unique<btfc_scratch>();
+    scratch->texture = texture;
     if (texture->model->make_cache != nullptr) scratch->cache = texture->model->make_cache(texture->item);
     return BTFC_OK;
   });
-  return scratch;
+  return made == BTFC_OK ? scratch.release() : nullptr;
 }
 void btfc_scratch_free(btfc_scratch* scratch) { delete scratch; }
 
@@ -525,8 +509,7 @@ btfc_result btfc_eval(const btfc_texture* texture, btfc_scratch* scratch, const 
     const std::uint32_t map = query_at(q)->map;
     if (map >= head.maps.size() || value_stride < head.maps[map].channels) return bad(nullptr, "");
   }
-  const bool cached =
-      texture->model->make_cache != nullptr && (scratch != nullptr || query_count >= kManyQueries);
+  const bool cached = takes_cache(*texture, scratch, query_count);
   if (cached || (texture->model->eval_queries != nullptr && query_count >= kManyQueries)) {
     return guarded(nullptr, [&] {
       const std::shared_ptr<void> cache = cached ? cache_for(*texture, scratch) : nullptr;
@@ -555,7 +538,7 @@ btfc_result btfc_decode_texels(const btfc_texture* texture, btfc_scratch* scratc
     return BTFC_OK;
   }
   BtfcQuery query = query_of(directions);
-  if (texture->model->make_cache != nullptr && (scratch != nullptr || count >= kManyQueries)) {
+  if (takes_cache(*texture, scratch, count)) {
     return guarded(nullptr, [&] {
       const std::shared_ptr<void> cache = cache_for(*texture, scratch);
       std::vector<BtfcQuery> queries(std::min(count, kHeldQueries), query);
@@ -564,7 +547,7 @@ btfc_result btfc_decode_texels(const btfc_texture* texture, btfc_scratch* scratc
         const size_t now = std::min(queries.size(), count - done);
         for (size_t q = 0; q < now; ++q)
           queries[q].texel = ivec2(texels[2 * (done + q)], texels[2 * (done + q) + 1]);
-        texture->model->cached_queries(texture->item, map, {queries.data(), now}, cache.get(), values.data());
+        texture->model->eval_queries(texture->item, map, {queries.data(), now}, cache.get(), values.data());
         store_rows(values, now * m.channels, 1, sample, static_cast<std::uint8_t*>(out) + done * texel_bytes,
                    0);
       }
@@ -596,24 +579,31 @@ btfc_result btfc_decode_rect(const btfc_texture* texture, btfc_scratch* scratch,
     return bad(nullptr, "");
 
   auto* bytes = static_cast<std::uint8_t*>(out);
+  const DecoderModel& model = *texture->model;
   return guarded(nullptr, [&] {
-    if (texture->model->decode_rows != nullptr && inside(texture->item.head, x, y, width, height)) {
+    if (model.decode_rows != nullptr && inside(texture->item.head, x, y, width, height)) {
       decode_inside(*texture, map, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), width,
                     height, sample, bytes, row_stride);
       return BTFC_OK;
     }
     BtfcQuery query = query_of(directions);
-    if (texture->model->make_cache != nullptr) {
+    query.texel = ivec2(x, y);
+    if (model.make_cache != nullptr) {
       const std::shared_ptr<void> cache = cache_for(*texture, scratch);
-      query.texel = ivec2(x, y);
-      decode_cached(*texture, cache.get(), map, query, width, height, sample, bytes, row_stride);
+      decode_bands(*texture, map, query, width, height, sample, bytes, row_stride,
+                   [&](const BtfcQuery& from, std::uint32_t rows, float* values) {
+                     model.decode_cached(texture->item, map, from, width, rows, cache.get(), values);
+                   });
       return BTFC_OK;
     }
     constexpr std::uint64_t kFewTexels = 64;  // not worth the reckoning that all texels share
-    if (texture->model->decode_values != nullptr && std::uint64_t{width} * height >= kFewTexels &&
+    if (model.decode_values != nullptr && std::uint64_t{width} * height >= kFewTexels &&
         inside(texture->item.head, x, y, width, height)) {
-      query.texel = ivec2(x, y);
-      decode_values_inside(*texture, map, query, width, height, sample, bytes, row_stride);
+      const std::vector<float> state = model.begin_values(texture->item, map, query);
+      decode_bands(*texture, map, query, width, height, sample, bytes, row_stride,
+                   [&](const BtfcQuery& from, std::uint32_t rows, float* values) {
+                     model.decode_values(texture->item, map, state, from, width, rows, values);
+                   });
       return BTFC_OK;
     }
     for (std::uint32_t r = 0; r < height; ++r) {

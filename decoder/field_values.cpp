@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
+#include <array>
 #include <list>
 #include <numeric>
 #include <unordered_map>
@@ -21,6 +21,9 @@ constexpr std::uint32_t kTile = 256;
 constexpr std::uint32_t kApron = 2, kWide = kTile + 2 * kApron;
 constexpr std::uint32_t kMostPeriod = 1u << 30;
 constexpr std::size_t kCacheBytes = std::size_t{224} << 20;
+// What one call of FieldCache::tiles may make and use, all levels below counted, must fit at once.
+static_assert(std::size_t{4} * kFieldMostLevels * FIELD_MOST_FACTORS * kWide * kWide * sizeof(float) <=
+              kCacheBytes);
 // Texels whose slopes are kept, 32 MiB. A file may state a tile of 2^32 texels at no cost.
 constexpr std::uint64_t kMostSlopes = std::uint64_t{1} << 22;
 
@@ -175,27 +178,31 @@ const std::vector<Slope>& FieldCache::slopes(const FieldParams& p) {
   return slopes_;
 }
 
-// What all queries of one pair of directions share.
+// What all queries of one pair of directions share: those subspaces that count, first.
 struct Blend {
-  FieldBlend blend;
-  std::vector<std::uint32_t> subspaces;
-  std::vector<float> weights;
+  std::uint32_t count = 0;
+  std::array<std::uint32_t, 4> subspaces;
+  std::array<float, 4> weights;
+  float gain;
   vec4 mean;
 };
 
 Blend blend_of(const BtfcWords& words, const FieldParams& p, const vec3& view, const vec3& light) {
+  const FieldBlend from = field_blend(words, p, view, light);
   Blend b;
-  b.blend = field_blend(words, p, view, light);
+  b.gain = from.gain;
   b.mean = vec4(0);
   for (int i = 0; i < 4; ++i) {
-    const float w = b.blend.weight[i];
+    const float w = from.weight[i];
     if (w == 0) continue;
-    b.subspaces.push_back(b.blend.subspace[i]);
-    b.weights.push_back(w);
-    b.mean = b.mean + w * field_mean(words, p, b.blend.subspace[i]);
+    b.subspaces[b.count] = from.subspace[i];
+    b.weights[b.count++] = w;
+    b.mean = b.mean + w * field_mean(words, p, from.subspace[i]);
   }
   return b;
 }
+
+using TilePointers = std::array<const float*, 4>;
 
 struct Values {
   const LoadedItem& item;
@@ -213,21 +220,25 @@ struct Values {
            field_number(words, p.range_word) * (field_slope_shade(vec2(s.along, s.down), light) - 1.0f);
   }
 
-  void texel(const Blend& b, const float* const* tiles, std::size_t offset, const FieldAt& at,
-             const vec3& light, float* out) {
+  // The finished tiles of a blend's subspaces.
+  TilePointers tiles(const Blend& b, const FieldAt& at) {
+    TilePointers found;
+    cache.tiles(p, Content::deviations, {b.subspaces.data(), b.count}, at.level, at.smoothest, at.x / kTile,
+                at.y / kTile, found.data());
+    return found;
+  }
+
+  void texel(const Blend& b, const TilePointers& from, const FieldAt& at, const vec3& light, float* out) {
+    const std::size_t offset =
+        (std::size_t{at.y % kTile} * kTile + at.x % kTile) * p.all_channels + p.first_channel;
     const float s = shade(at, light);
     for (uint c = 0; c < p.channels; ++c) {
       float deviation = 0;
-      for (std::size_t i = 0; i < b.weights.size(); ++i)
-        deviation += b.weights[i] * tiles[i][offset + p.first_channel + c];
-      out[c] = (b.mean[static_cast<int>(c)] + b.blend.gain * deviation) * s;
+      for (std::uint32_t i = 0; i < b.count; ++i) deviation += b.weights[i] * from[i][offset + c];
+      out[c] = (b.mean[static_cast<int>(c)] + b.gain * deviation) * s;
     }
   }
 };
-
-std::size_t offset_of(const FieldParams& p, std::uint32_t x, std::uint32_t y) {
-  return (std::size_t{y % kTile} * kTile + x % kTile) * p.all_channels;
-}
 
 FieldAt place_of(const BtfcWords& words, const FieldParams& p, const BtfcQuery& query) {
   const FieldAt at = field_at(p, query);
@@ -241,8 +252,8 @@ FieldAt place_of(const BtfcWords& words, const FieldParams& p, const BtfcQuery& 
 
 std::shared_ptr<void> field_make_cache(const LoadedItem& item) { return std::make_shared<FieldCache>(item); }
 
-void field_cached_queries(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries,
-                          void* cache, float* out) {
+void field_eval_queries(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries,
+                        void* cache, float* out) {
   Values v{item, params_of<FieldParams>(item, map), words_of(item), *static_cast<FieldCache*>(cache)};
   // Tile by tile, so that each is made once however small the cache is.
   struct Wanted {
@@ -262,24 +273,20 @@ void field_cached_queries(const LoadedItem& item, std::uint32_t map, std::span<c
   std::sort(wanted.begin(), wanted.end());
   Blend blend;
   const BtfcQuery* last = nullptr;
-  std::vector<const float*> tiles(4);
+  TilePointers tiles{};
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const BtfcQuery& query = queries[wanted[i].number];
     const FieldAt at = place_of(v.words, v.p, query);
     const bool same_directions = last != nullptr && last->view == query.view && last->light == query.light;
     if (!same_directions) blend = blend_of(v.words, v.p, query.view, query.light);
-    if (!same_directions || i == 0 || wanted[i - 1].tile != wanted[i].tile) {
-      v.cache.tiles(v.p, Content::deviations, blend.subspaces, at.level, at.smoothest, at.x / kTile,
-                    at.y / kTile, tiles.data());
-    }
+    if (!same_directions || i == 0 || wanted[i - 1].tile != wanted[i].tile) tiles = v.tiles(blend, at);
     last = &query;
-    v.texel(blend, tiles.data(), offset_of(v.p, at.x, at.y), at, query.light,
-            out + wanted[i].number * v.p.channels);
+    v.texel(blend, tiles, at, query.light, out + wanted[i].number * v.p.channels);
   }
 }
 
-void field_cached_rect(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query, std::uint32_t width,
-                       std::uint32_t height, void* cache, float* out) {
+void field_decode_cached(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query,
+                         std::uint32_t width, std::uint32_t height, void* cache, float* out) {
   Values v{item, params_of<FieldParams>(item, map), words_of(item), *static_cast<FieldCache*>(cache)};
   if (field_shifts(v.p)) {
     std::vector<BtfcQuery> row(width, query);
@@ -287,7 +294,7 @@ void field_cached_rect(const LoadedItem& item, std::uint32_t map, const BtfcQuer
       for (std::uint32_t x = 0; x < width; ++x) {
         row[x].texel = ivec2(query.texel.x + static_cast<int>(x), query.texel.y + static_cast<int>(y));
       }
-      field_cached_queries(item, map, row, cache, out + std::size_t{y} * width * v.p.channels);
+      field_eval_queries(item, map, row, cache, out + std::size_t{y} * width * v.p.channels);
     }
     return;
   }
@@ -300,7 +307,6 @@ void field_cached_rect(const LoadedItem& item, std::uint32_t map, const BtfcQuer
   at = query;
   for (std::uint32_t y = 0; y < height; ++y, at.texel.y = static_cast<int>(static_cast<uint>(at.texel.y) + 1))
     rows[y] = field_at(v.p, at);
-  std::vector<const float*> tiles(4);
   // Runs of rows and columns that lie in one tile.
   const auto run = [](const std::vector<FieldAt>& of, std::size_t begin, uint FieldAt::*axis) {
     std::size_t end = begin + 1;
@@ -313,13 +319,11 @@ void field_cached_rect(const LoadedItem& item, std::uint32_t map, const BtfcQuer
     const std::size_t y1 = run(rows, y0, &FieldAt::y);
     for (std::size_t x0 = 0; x0 < width;) {
       const std::size_t x1 = run(columns, x0, &FieldAt::x);
-      v.cache.tiles(v.p, Content::deviations, blend.subspaces, first.level, first.smoothest,
-                    columns[x0].x / kTile, rows[y0].y / kTile, tiles.data());
+      const TilePointers tiles = v.tiles(blend, {columns[x0].x, rows[y0].y, first.level, first.smoothest});
       for (std::size_t y = y0; y < y1; ++y) {
         for (std::size_t x = x0; x < x1; ++x) {
           const FieldAt place{columns[x].x, rows[y].y, first.level, first.smoothest};
-          v.texel(blend, tiles.data(), offset_of(v.p, place.x, place.y), place, query.light,
-                  out + (y * width + x) * v.p.channels);
+          v.texel(blend, tiles, place, query.light, out + (y * width + x) * v.p.channels);
         }
       }
       x0 = x1;

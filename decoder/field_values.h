@@ -10,10 +10,10 @@ namespace btfc {
 
 // See DecoderModel.
 std::shared_ptr<void> field_make_cache(const LoadedItem& item);
-void field_cached_queries(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries,
-                          void* cache, float* out);
-void field_cached_rect(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query, std::uint32_t width,
-                       std::uint32_t height, void* cache, float* out);
+void field_eval_queries(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries,
+                        void* cache, float* out);
+void field_decode_cached(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query,
+                         std::uint32_t width, std::uint32_t height, void* cache, float* out);
 Result<Done> field_select(LoadedItem& item, std::uint32_t period, std::uint32_t options);
 
 }  // namespace btfc

@@ -2,6 +2,7 @@
 #include "decoder/gm_values.h"
 
 #include <bit>
+#include <cstring>
 
 #include "decoder/model_table.h"
 #include "format/models/gm_evaluate.h"
@@ -55,22 +56,34 @@ void gm_decode_values(const LoadedItem& item, std::uint32_t map, const std::vect
   for (std::size_t i = 0; i < values.size(); i += p.channels) finish_value(p, state.data(), &values[i]);
 }
 
-void gm_eval_queries(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries,
+void gm_eval_queries(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries, void*,
                      float* out) {
   const auto p = params_of<GmParams>(item, map);
   const BtfcWords words = words_of(item);
-  std::vector<GmQuery> inputs(queries.size());
-  std::vector<vec4> means(queries.size());
+  // Boxes of queries take texels as points: wide footprints are answered one by one.
+  std::vector<std::size_t> numbers;
+  std::vector<GmQuery> inputs;
+  std::vector<vec4> means;
   for (std::size_t q = 0; q < queries.size(); ++q) {
+    if (queries[q].footprint > 1) {
+      const vec4 value = gm_eval(words, p, queries[q]);
+      std::memcpy(out + q * p.channels, &value, p.channels * sizeof(float));
+      continue;
+    }
     const GmState s = gm_begin(words, p, queries[q]);
-    means[q] = s.mean;
-    inputs[q] = {static_cast<float>(btfc_wrap(queries[q].texel.x, p.width, p.wrap_u)) + 0.5f,
-                 static_cast<float>(btfc_wrap(queries[q].texel.y, p.height, p.wrap_v)) + 0.5f,
-                 gm_pair_inputs(s.directions)};
+    numbers.push_back(q);
+    means.push_back(s.mean);
+    inputs.push_back({static_cast<float>(btfc_wrap(queries[q].texel.x, p.width, p.wrap_u)) + 0.5f,
+                      static_cast<float>(btfc_wrap(queries[q].texel.y, p.height, p.wrap_v)) + 0.5f,
+                      gm_pair_inputs(s.directions)});
   }
-  const std::span<float> values(out, queries.size() * p.channels);
+  std::vector<float> values(inputs.size() * p.channels);
   gm_evaluate_batch(gm_field_of_words(item.words[GM_COMPONENTS], p), inputs, {p.gates, kGmError}, values);
-  for (std::size_t q = 0; q < queries.size(); ++q) finish_value(p, &means[q].x, &values[q * p.channels]);
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    float* value = values.data() + i * p.channels;
+    finish_value(p, &means[i].x, value);
+    std::memcpy(out + numbers[i] * p.channels, value, p.channels * sizeof(float));
+  }
 }
 
 }  // namespace btfc

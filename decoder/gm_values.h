@@ -18,7 +18,7 @@ inline constexpr float kGmError = 1e-5f;
 std::vector<float> gm_begin_values(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query);
 void gm_decode_values(const LoadedItem& item, std::uint32_t map, const std::vector<float>& state,
                       const BtfcQuery& query, std::uint32_t width, std::uint32_t height, float* out);
-void gm_eval_queries(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries,
+void gm_eval_queries(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries, void*,
                      float* out);
 
 }  // namespace btfc

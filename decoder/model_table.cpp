@@ -9,10 +9,8 @@
 #include "decoder/patch_rows.h"
 #include "decoder/table_values.h"
 #include "format/model_table.h"
-#include "shaders/models/car.h"
-#include "shaders/models/car3d.h"
+#include "shaders/models/field.h"
 #include "shaders/models/gm.h"
-#include "shaders/models/gmrf.h"
 #include "shaders/models/lpca.h"
 #include "shaders/models/patch.h"
 #include "shaders/models/pca.h"
@@ -23,24 +21,9 @@
 namespace btfc {
 namespace {
 
-vec4 patch_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
-  return patch_eval(words_of(item), params_of<PatchParams>(item, map), query);
-}
-
-vec4 gm_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
-  return gm_eval(words_of(item), params_of<GmParams>(item, map), query);
-}
-
-vec4 pca_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
-  return pca_eval(words_of(item), params_of<PcaParams>(item, map), query);
-}
-
-vec4 ptm_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
-  return ptm_eval(words_of(item), params_of<PtmParams>(item, map), query);
-}
-
-vec4 plm_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
-  return plm_eval(words_of(item), params_of<PlmParams>(item, map), query);
+template <class Params, vec4 (*eval)(const BtfcWords&, const Params&, const BtfcQuery&)>
+vec4 eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  return eval(words_of(item), params_of<Params>(item, map), query);
 }
 
 // A run of texels by a model whose header splits eval into what depends on the directions alone and the rest:
@@ -80,55 +63,36 @@ void decode_by_rows(const LoadedItem& item, std::uint32_t map, const std::vector
   }
 }
 
-vec4 pcarf_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
-  return pcarf_eval(words_of(item), params_of<PcarfParams>(item, map), query);
-}
-
-vec4 lpca_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
-  return lpca_eval(words_of(item), params_of<LpcaParams>(item, map), query);
-}
-
-vec4 car_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
-  return car_eval(words_of(item), params_of<FieldParams>(item, map), query);
-}
-
-vec4 gmrf_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
-  return gmrf_eval(words_of(item), params_of<FieldParams>(item, map), query);
-}
-
-vec4 car3d_eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
-  return car3d_eval(words_of(item), params_of<FieldParams>(item, map), query);
-}
-
-// The random fields' row: tiles in a cache.
-constexpr DecoderModel field_row(ModelId id, decltype(DecoderModel::eval) eval) {
-  DecoderModel row{id, eval, false};
+// The random fields: tiles in a cache.
+constexpr DecoderModel field_row(ModelId id) {
+  DecoderModel row{id, eval_cpu<FieldParams, field_eval>, false};
+  row.eval_queries = field_eval_queries;
   row.make_cache = field_make_cache;
-  row.cached_queries = field_cached_queries;
-  row.cached_rect = field_cached_rect;
+  row.decode_cached = field_decode_cached;
   row.select = field_select;
   return row;
 }
 
 const DecoderModel kDecoders[] = {
-    {ModelId::patch, patch_eval_cpu, true, patch_make_tables, patch_decode_rows, patch_decode_texels},
-    {ModelId::gm, gm_eval_cpu, false, nullptr, nullptr, nullptr, gm_begin_values, gm_decode_values,
-     gm_eval_queries},
-    field_row(ModelId::car, car_eval_cpu),
-    {ModelId::ptm, ptm_eval_cpu, false, nullptr, nullptr, nullptr,
+    {ModelId::patch, eval_cpu<PatchParams, patch_eval>, true, patch_make_tables, patch_decode_rows,
+     patch_decode_texels},
+    {ModelId::gm, eval_cpu<GmParams, gm_eval>, false, nullptr, nullptr, nullptr, gm_begin_values,
+     gm_decode_values, gm_eval_queries},
+    field_row(ModelId::car),
+    {ModelId::ptm, eval_cpu<PtmParams, ptm_eval>, false, nullptr, nullptr, nullptr,
      begin_state<PtmParams, PtmState, ptm_begin>,
      decode_by_rows<decode_with_state<PtmParams, PtmState, ptm_texel>>},
-    {ModelId::plm, plm_eval_cpu, false, nullptr, nullptr, nullptr,
+    {ModelId::plm, eval_cpu<PlmParams, plm_eval>, false, nullptr, nullptr, nullptr,
      begin_state<PlmParams, PlmState, plm_begin>,
      decode_by_rows<decode_with_state<PlmParams, PlmState, plm_texel>>},
-    {ModelId::pcarf, pcarf_eval_cpu, false, nullptr, nullptr, nullptr, pcarf_begin_values,
+    {ModelId::pcarf, eval_cpu<PcarfParams, pcarf_eval>, false, nullptr, nullptr, nullptr, pcarf_begin_values,
      decode_by_rows<pcarf_decode_values>},
-    {ModelId::pca, pca_eval_cpu, false, nullptr, nullptr, nullptr, pca_begin_values,
+    {ModelId::pca, eval_cpu<PcaParams, pca_eval>, false, nullptr, nullptr, nullptr, pca_begin_values,
      decode_by_rows<pca_decode_values>},
-    {ModelId::lpca, lpca_eval_cpu, false, nullptr, nullptr, nullptr, lpca_begin_values,
+    {ModelId::lpca, eval_cpu<LpcaParams, lpca_eval>, false, nullptr, nullptr, nullptr, lpca_begin_values,
      decode_by_rows<lpca_decode_values>},
-    field_row(ModelId::gmrf, gmrf_eval_cpu),
-    field_row(ModelId::car3d, car3d_eval_cpu),
+    field_row(ModelId::gmrf),
+    field_row(ModelId::car3d),
 };
 static_assert(std::size(kDecoders) == kModelCount);
 

@@ -41,19 +41,17 @@ struct DecoderModel {
   void (*decode_values)(const LoadedItem& item, std::uint32_t map, const std::vector<float>& state,
                         const BtfcQuery& query, std::uint32_t width, std::uint32_t height,
                         float* out) = nullptr;
-  // Optional second implementation for many queries of one map under any directions, of one texel's
-  // footprint: values tightly packed. A test holds it against eval.
+  // Optional second implementation for many queries of one map under any directions and footprints: values
+  // tightly packed. A test holds it against eval. cache: what make_cache made; null of models without.
   void (*eval_queries)(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries,
-                       float* out) = nullptr;
+                       void* cache, float* out) = nullptr;
 
-  // Of unbounded models: what is worth keeping between calls, one cache a thread, and the two fast paths
-  // through it, which tests hold against eval: queries of one map under any directions, of any footprint; and
-  // a rectangle under query's directions, its top left texel query's. Values tightly packed.
+  // Of unbounded models: what is worth keeping between calls, one cache a thread; and with it a rectangle
+  // anywhere under query's directions, its top left texel query's, values tightly packed. Tests hold it
+  // against eval.
   std::shared_ptr<void> (*make_cache)(const LoadedItem& item) = nullptr;
-  void (*cached_queries)(const LoadedItem& item, std::uint32_t map, std::span<const BtfcQuery> queries,
-                         void* cache, float* out) = nullptr;
-  void (*cached_rect)(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query, std::uint32_t width,
-                      std::uint32_t height, void* cache, float* out) = nullptr;
+  void (*decode_cached)(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query,
+                        std::uint32_t width, std::uint32_t height, void* cache, float* out) = nullptr;
   // A period in texels (0: none) and options of the relief, for a freshly loaded item.
   Result<Done> (*select)(LoadedItem& item, std::uint32_t period, std::uint32_t options) = nullptr;
 };

@@ -43,18 +43,10 @@ uint btfc_word(uint handle, uint slot, uint index) {
 #include "models/gm.h"
 #define BTFC_PARAMS GmParams
 #define BTFC_EVAL gm_eval
-#elif defined(BTFC_MODEL_car)
-#include "models/car.h"
+#elif defined(BTFC_MODEL_car) || defined(BTFC_MODEL_gmrf) || defined(BTFC_MODEL_car3d)
+#include "models/field.h"
 #define BTFC_PARAMS FieldParams
-#define BTFC_EVAL car_eval
-#elif defined(BTFC_MODEL_gmrf)
-#include "models/gmrf.h"
-#define BTFC_PARAMS FieldParams
-#define BTFC_EVAL gmrf_eval
-#elif defined(BTFC_MODEL_car3d)
-#include "models/car3d.h"
-#define BTFC_PARAMS FieldParams
-#define BTFC_EVAL car3d_eval
+#define BTFC_EVAL field_eval
 #elif defined(BTFC_MODEL_lpca)
 #include "models/lpca.h"
 #define BTFC_PARAMS LpcaParams

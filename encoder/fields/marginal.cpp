@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "shaders/btfc_field.h"
+#include "shaders/models/field.h"
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"

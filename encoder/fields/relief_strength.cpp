@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-#include "shaders/btfc_field.h"
+#include "shaders/models/field.h"
 
 namespace btfc {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "format/loaded_item.h"
-#include "shaders/btfc_field.h"
+#include "shaders/models/field.h"
 
 namespace btfc {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "format/models/field_shape.h"
-#include "shaders/btfc_field.h"
+#include "shaders/models/field.h"
 
 namespace btfc {
 

@@ -11,7 +11,7 @@
 #include "format/directions.h"
 #include "format/limits.h"
 #include "format/table_model.h"
-#include "shaders/btfc_field.h"
+#include "shaders/models/field.h"
 
 namespace btfc {
 namespace {

@@ -1,12 +1,12 @@
-// Random fields of an unbounded texture, common to the models car, gmrf and car3d (spec/models/car.md):
+// Models car, gmrf and car3d, one family of random fields of an unbounded texture (spec/models/car.md):
 // counter-based noise, the pyramid's collapse, marginal tables, blending of subspaces, the bump filter, and
 // the direct form, which answers a single texel without any cache.
 #ifndef BTFC_FIELD_H
 #define BTFC_FIELD_H
-#include "btfc_directions.h"
-#include "btfc_language.h"
-#include "btfc_light.h"
-#include "btfc_query.h"
+#include "../btfc_directions.h"
+#include "../btfc_language.h"
+#include "../btfc_light.h"
+#include "../btfc_query.h"
 
 BTFC_BEGIN
 
@@ -128,14 +128,14 @@ BTFC_FN void field_coarser(uint level, uint period, BTFC_INOUT(FieldWeights) w) 
 
 // ---- levels and their responses
 
-BTFC_FN uint field_level(BTFC_WORDS words, FieldParams p, uint level, uint what) {
+BTFC_FN uint field_level(BTFC_WORDS words, BTFC_IN(FieldParams) p, uint level, uint what) {
   return btfc_word(words, 0u, p.level_word + FIELD_LEVEL_WORDS * level + what);
 }
 
 // The value of one level's field at one texel: the noise under the truncated impulse response, rows from the
 // top, columns from the left (car: spec section 5.3). Of gmrf: a torus' texel.
-BTFC_FN float field_band(BTFC_WORDS words, FieldParams p, uint subspace, uint factor, uint level, uint x,
-                         uint y) {
+BTFC_FN float field_band(BTFC_WORDS words, BTFC_IN(FieldParams) p, uint subspace, uint factor, uint level,
+                         uint x, uint y) {
   uint first = field_level(words, p, level, 1u), stride = field_level(words, p, level, 2u);
   if (p.kind == FIELD_GMRF) {
     uint side = field_level(words, p, level, 0u);
@@ -174,7 +174,7 @@ struct FieldAt {
   uint x, y, level, smoothest;  // texel of `level`; levels finer than smoothest do not count
 };
 
-BTFC_FN FieldAt field_at(FieldParams p, BTFC_IN(BtfcQuery) query) {
+BTFC_FN FieldAt field_at(BTFC_IN(FieldParams) p, BTFC_IN(BtfcQuery) query) {
   FieldAt at;
   at.level = min(query.level, p.levels - 1u);
   uint wide = 0u;
@@ -190,7 +190,8 @@ BTFC_FN FieldAt field_at(FieldParams p, BTFC_IN(BtfcQuery) query) {
 }
 
 // The collapsed pyramid's value (paper eqs 3 and 5 undone).
-BTFC_FN float field_value(BTFC_WORDS words, FieldParams p, uint subspace, uint factor, BTFC_IN(FieldAt) at) {
+BTFC_FN float field_value(BTFC_WORDS words, BTFC_IN(FieldParams) p, uint subspace, uint factor,
+                          BTFC_IN(FieldAt) at) {
   FieldWeights wx, wy;
   wx.first = at.x;
   wy.first = at.y;
@@ -217,11 +218,11 @@ BTFC_FN float field_value(BTFC_WORDS words, FieldParams p, uint subspace, uint f
 // ---- records of subspaces
 
 // mean d | basis d d (not car3d) | signature 4 | a factor: scale, rest of levels 1 … P-1, table K
-BTFC_FN uint field_record_words(FieldParams p) {
+BTFC_FN uint field_record_words(BTFC_IN(FieldParams) p) {
   uint d = p.all_channels;
   return d + (p.kind == FIELD_CAR3D ? 0u : d * d) + 4u + d * (p.levels + p.knots);
 }
-BTFC_FN uint field_factor_word(FieldParams p, uint subspace, uint factor) {
+BTFC_FN uint field_factor_word(BTFC_IN(FieldParams) p, uint subspace, uint factor) {
   uint d = p.all_channels;
   return p.subspace_word + subspace * field_record_words(p) + d + (p.kind == FIELD_CAR3D ? 0u : d * d) + 4u +
          factor * (p.levels + p.knots);
@@ -242,7 +243,8 @@ BTFC_FN float field_knots(BTFC_WORDS words, uint table, uint knots, float z) {
 
 // The marginal table of a factor. What finer levels would add is averaged over: three points of the normal
 // distribution with the standard deviation `rest`.
-BTFC_FN float field_marginal(BTFC_WORDS words, FieldParams p, uint factor_word, float value, uint level) {
+BTFC_FN float field_marginal(BTFC_WORDS words, BTFC_IN(FieldParams) p, uint factor_word, float value,
+                             uint level) {
   if (p.knots == 0u) return value;
   float z = value * field_number(words, factor_word);
   uint table = factor_word + p.levels;
@@ -262,7 +264,7 @@ struct FieldBlend {
   float gain;  // of deviations from the mean
 };
 
-BTFC_FN uint field_subspace(BTFC_WORDS words, FieldParams p, uint pair) {
+BTFC_FN uint field_subspace(BTFC_WORDS words, BTFC_IN(FieldParams) p, uint pair) {
   if (p.index_bits == 0u) return 0u;
   uint bit = pair * p.index_bits;
   uint word = btfc_word(words, 0u, p.index_word + (bit >> 5u)) >> (bit & 31u);
@@ -273,7 +275,7 @@ BTFC_FN uint field_subspace(BTFC_WORDS words, FieldParams p, uint pair) {
 
 // How much a blend's deviations have to grow to keep the variance of what is blended: sqrt(sum w_i v_i / v),
 // v_i = |s_i|^2 + r_i^2 and v = |sum w_i s_i|^2 + sum w_i^2 r_i^2 with signatures (s, r).
-BTFC_FN float field_gain(BTFC_WORDS words, FieldParams p, BTFC_IN(FieldBlend) b) {
+BTFC_FN float field_gain(BTFC_WORDS words, BTFC_IN(FieldParams) p, BTFC_IN(FieldBlend) b) {
   vec3 sum = vec3(0.0f, 0.0f, 0.0f);
   float wanted = 0.0f, own = 0.0f;
   for (int i = 0; i < 4; ++i) {
@@ -296,7 +298,8 @@ BTFC_FN float field_gain(BTFC_WORDS words, FieldParams p, BTFC_IN(FieldBlend) b)
 
 // The four closest pairs of a view and a light: of the nine products of corner weights the four largest, each
 // less the fifth, so that nothing jumps where the fourth and fifth change places.
-BTFC_FN FieldBlend field_blend(BTFC_WORDS words, FieldParams p, BTFC_IN(vec3) view, BTFC_IN(vec3) light) {
+BTFC_FN FieldBlend field_blend(BTFC_WORDS words, BTFC_IN(FieldParams) p, BTFC_IN(vec3) view,
+                               BTFC_IN(vec3) light) {
   BtfcCorners v = btfc_corners(words, p.views, view), l = btfc_corners(words, p.lights, light);
   float best[5];
   uint cell[5];
@@ -342,7 +345,7 @@ BTFC_FN FieldBlend field_blend(BTFC_WORDS words, FieldParams p, BTFC_IN(vec3) vi
 // ---- the bump filter
 
 // Height in texels at (u, v) texels from the tile's corner: bilinear, periodic.
-BTFC_FN float field_height(BTFC_WORDS words, FieldParams p, float u, float v) {
+BTFC_FN float field_height(BTFC_WORDS words, BTFC_IN(FieldParams) p, float u, float v) {
   uint columns = p.range_size & 0xffffu, rows = p.range_size >> 16u;
   float x = u * (float(columns) / float(p.width)) - 0.5f, y = v * (float(rows) / float(p.height)) - 0.5f;
   int i = int(x + 65536.0f) - 65536, j = int(y + 65536.0f) - 65536;  // floor
@@ -358,13 +361,13 @@ BTFC_FN float field_height(BTFC_WORDS words, FieldParams p, float u, float v) {
 
 // The texel of the tile where a texel of `level` begins. Without a period places stand for signed
 // coordinates: a tile whose side is no power of two would have a seam at 0.
-BTFC_FN uint field_tile_texel(FieldParams p, uint at, uint level, uint size) {
+BTFC_FN uint field_tile_texel(BTFC_IN(FieldParams) p, uint at, uint level, uint size) {
   uint texel = at << level;
   return p.period == 0u ? btfc_wrap(int(texel), size, 1u) : texel % size;
 }
 
 // Its centre, in texels.
-BTFC_FN float field_tile_place(FieldParams p, uint at, uint level, uint size) {
+BTFC_FN float field_tile_place(BTFC_IN(FieldParams) p, uint at, uint level, uint size) {
   return float(field_tile_texel(p, at, level, size)) + 0.5f * float(1u << level);
 }
 
@@ -373,7 +376,7 @@ const float FIELD_MOST_SHADE = 2.0f;
 const int FIELD_SHADOW_STEPS = 32;
 
 // How the heights rise at (u, v) along the rows, and down the columns.
-BTFC_FN vec2 field_slopes(BTFC_WORDS words, FieldParams p, float u, float v) {
+BTFC_FN vec2 field_slopes(BTFC_WORDS words, BTFC_IN(FieldParams) p, float u, float v) {
   float du = 0.5f * float(p.width) / float(p.range_size & 0xffffu);
   float dv = 0.5f * float(p.height) / float(p.range_size >> 16u);
   return vec2((field_height(words, p, u + du, v) - field_height(words, p, u - du, v)) / (2.0f * du),
@@ -391,7 +394,7 @@ BTFC_FN float field_slope_shade(BTFC_IN(vec2) slopes, BTFC_IN(vec3) light) {
 }
 
 // What the range map makes of the light at (u, v): 1 on level ground.
-BTFC_FN float field_relief(BTFC_WORDS words, FieldParams p, float u, float v, BTFC_IN(vec3) light) {
+BTFC_FN float field_relief(BTFC_WORDS words, BTFC_IN(FieldParams) p, float u, float v, BTFC_IN(vec3) light) {
   float strength = field_number(words, p.range_word);
   float shade = field_slope_shade(field_slopes(words, p, u, v), light);
   if ((p.options & FIELD_SHADOW) != 0u) {
@@ -415,7 +418,8 @@ BTFC_FN float field_relief(BTFC_WORDS words, FieldParams p, float u, float v, BT
 const float FIELD_MOST_PARALLAX = 64.0f;
 
 // The texel that is seen where the surface, its height taken once, stands out: shifted along the view.
-BTFC_FN ivec2 field_parallax(BTFC_WORDS words, FieldParams p, BTFC_IN(BtfcQuery) query, BTFC_IN(FieldAt) at) {
+BTFC_FN ivec2 field_parallax(BTFC_WORDS words, BTFC_IN(FieldParams) p, BTFC_IN(BtfcQuery) query,
+                             BTFC_IN(FieldAt) at) {
   vec3 v = btfc_upper_unit(query.view);
   float cosine = v.z > FIELD_LEAST_COSINE ? v.z : FIELD_LEAST_COSINE;
   float h = field_height(words, p, field_tile_place(p, at.x, at.level, p.width),
@@ -433,7 +437,7 @@ BTFC_FN ivec2 field_parallax(BTFC_WORDS words, FieldParams p, BTFC_IN(BtfcQuery)
 // ---- a texel
 
 // A subspace's deviation from its mean, of the map's channels (inverse Karhunen-Loeve transform).
-BTFC_FN vec4 field_deviation(BTFC_WORDS words, FieldParams p, uint subspace, BTFC_IN(FieldAt) at) {
+BTFC_FN vec4 field_deviation(BTFC_WORDS words, BTFC_IN(FieldParams) p, uint subspace, BTFC_IN(FieldAt) at) {
   uint d = p.all_channels;
   uint basis = p.subspace_word + subspace * field_record_words(p) + d;
   vec4 sum = vec4(0.0f, 0.0f, 0.0f, 0.0f);
@@ -453,7 +457,7 @@ BTFC_FN vec4 field_deviation(BTFC_WORDS words, FieldParams p, uint subspace, BTF
   return sum;
 }
 
-BTFC_FN vec4 field_mean(BTFC_WORDS words, FieldParams p, uint subspace) {
+BTFC_FN vec4 field_mean(BTFC_WORDS words, BTFC_IN(FieldParams) p, uint subspace) {
   uint at = p.subspace_word + subspace * field_record_words(p) + p.first_channel;
   vec4 mean = vec4(0.0f, 0.0f, 0.0f, 0.0f);
   for (uint c = 0u; c < p.channels; ++c) mean[int(c)] = field_number(words, at + c);
@@ -461,15 +465,18 @@ BTFC_FN vec4 field_mean(BTFC_WORDS words, FieldParams p, uint subspace) {
 }
 
 // The light's part of a value at a place.
-BTFC_FN float field_shade(BTFC_WORDS words, FieldParams p, BTFC_IN(FieldAt) at, BTFC_IN(vec3) light) {
+BTFC_FN float field_shade(BTFC_WORDS words, BTFC_IN(FieldParams) p, BTFC_IN(FieldAt) at,
+                          BTFC_IN(vec3) light) {
   if (p.range_size == 0u || (p.options & FIELD_NO_RELIEF) != 0u) return 1.0f;
   return field_relief(words, p, field_tile_place(p, at.x, at.level, p.width),
                       field_tile_place(p, at.y, at.level, p.height), light);
 }
 
-BTFC_FN bool field_shifts(FieldParams p) { return p.range_size != 0u && (p.options & FIELD_PARALLAX) != 0u; }
+BTFC_FN bool field_shifts(BTFC_IN(FieldParams) p) {
+  return p.range_size != 0u && (p.options & FIELD_PARALLAX) != 0u;
+}
 
-BTFC_FN vec4 field_eval(BTFC_WORDS words, FieldParams p, BTFC_IN(BtfcQuery) query) {
+BTFC_FN vec4 field_eval(BTFC_WORDS words, BTFC_IN(FieldParams) p, BTFC_IN(BtfcQuery) query) {
   BtfcQuery seen = query;
   FieldAt at = field_at(p, seen);
   if (field_shifts(p)) {

@@ -138,29 +138,12 @@ std::vector<float> FieldCache::make_factors(const FieldParams& p, std::span<cons
 
 std::vector<float> FieldCache::deviations(const FieldParams& p, std::uint32_t subspace,
                                           std::uint32_t smoothest, const float* factors) {
-  const BtfcWords words = words_of(item_);
-  const std::size_t d = p.all_channels;
-  std::vector<float> out(std::size_t{kTile} * kTile * d), table(kTile);
-  std::vector<float> basis(d * d);
-  if (static_cast<FieldKind>(p.kind) != FieldKind::car3d) {
-    const uint at = p.subspace_word + subspace * field_record_words(p) + p.all_channels;
-    for (std::size_t i = 0; i < d * d; ++i) basis[i] = field_number(words, at + static_cast<uint>(i));
-  } else {
-    for (std::size_t i = 0; i < d; ++i) basis[i * d + i] = 1;
-  }
+  const std::size_t row = std::size_t{kTile} * p.all_channels;
+  std::vector<float> out(kTile * row);
   for (std::uint32_t y = 0; y < kTile; ++y) {
-    float* to = out.data() + std::size_t{y} * kTile * d;
-    for (std::uint32_t f = 0; f < d; ++f) {
-      const float* from = factors + (std::size_t{f} * kWide + y + kApron) * kWide + kApron;
-      const uint factor = field_factor_word(p, subspace, f);
-      for (std::uint32_t x = 0; x < kTile; ++x)
-        table[x] = field_marginal(words, p, factor, from[x], smoothest);
-      for (std::size_t c = 0; c < d; ++c) {
-        const float b = basis[c * d + f];
-        if (b == 0) continue;
-        for (std::uint32_t x = 0; x < kTile; ++x) to[x * d + c] += b * table[x];
-      }
-    }
+    const float* from = factors + std::size_t{y + kApron} * kWide + kApron;
+    field_deviations(words_of(item_), p, subspace, smoothest, from, std::size_t{kWide} * kWide, kTile,
+                     out.data() + y * row);
   }
   return out;
 }

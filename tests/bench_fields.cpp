@@ -48,30 +48,18 @@ Result<Loaded> load(const char* path) {
   return out;
 }
 
-// Deviations of all channels from factors, planes of `texels` each.
-std::vector<float> deviations(const Loaded& l, std::uint32_t subspace, const std::vector<float>& factors,
-                              std::size_t texels) {
-  const BtfcWords words = {{l.item.words[0].data(), l.item.words[1].data(), nullptr, nullptr}};
-  const std::size_t d = l.p.all_channels;
-  const uint basis = l.p.subspace_word + subspace * field_record_words(l.p) + l.p.all_channels;
-  std::vector<float> out(d * texels);
-  for (std::uint32_t f = 0; f < d; ++f) {
-    for (std::size_t t = 0; t < texels; ++t) {
-      const float v =
-          field_marginal(words, l.p, field_factor_word(l.p, subspace, f), factors[f * texels + t], 0);
-      for (std::uint32_t c = 0; c < d; ++c) {
-        const float b = l.p.kind == FIELD_CAR3D ? (c == f ? 1.0f : 0.0f)
-                                                : field_number(words, basis + c * l.p.all_channels + f);
-        out[c * texels + t] += b * v;
-      }
-    }
-  }
-  return out;
+BtfcWords words_of(const LoadedItem& item) {
+  return {{item.words[0].data(), item.words[1].data(), nullptr, nullptr}};
 }
 
+// Deviations of all channels, interleaved.
 std::vector<float> window_values(const Loaded& l, std::uint32_t subspace, const FieldWindow& window) {
   const std::uint32_t subspaces[] = {subspace};
-  return deviations(l, subspace, field_collapse(l.item, l.p, 0, 0, subspaces, window), window.texels());
+  const std::vector<float> factors = field_collapse(l.item, l.p, 0, 0, subspaces, window);
+  std::vector<float> out(window.texels() * l.p.all_channels);
+  field_deviations(words_of(l.item), l.p, subspace, 0, factors.data(), window.texels(), window.texels(),
+                   out.data());
+  return out;
 }
 
 double worst_difference(const std::vector<float>& a, const std::vector<float>& b) {
@@ -96,7 +84,7 @@ void single_texels(const Loaded& l, const btfc_texture* texture, std::uint32_t s
                    std::uint32_t direct) {
   std::vector<float> big;
   const btfc_directions directions = directions_of(texture, 0);
-  const BtfcWords words = {{l.item.words[0].data(), l.item.words[1].data(), nullptr, nullptr}};
+  const BtfcWords words = words_of(l.item);
   const FieldBlend blend =
       field_blend(words, l.p, vec3(directions.view[0], directions.view[1], directions.view[2]),
                   vec3(directions.light[0], directions.light[1], directions.light[2]));
@@ -122,9 +110,12 @@ void single_texels(const Loaded& l, const btfc_texture* texture, std::uint32_t s
       float value[4];
       btfc_eval(texture, with, &q, sizeof q, 1, value, 4);
       for (std::uint32_t c = 0; c < l.p.channels; ++c) {
-        const double expected = double{mean[static_cast<int>(c)]} +
-                                double{big[c * texels + std::size_t{static_cast<std::uint32_t>(q.y)} * side +
-                                           static_cast<std::uint32_t>(q.x)]};
+        const double expected =
+            double{mean[static_cast<int>(c)]} +
+            double{
+                big[(std::size_t{static_cast<std::uint32_t>(q.y)} * side + static_cast<std::uint32_t>(q.x)) *
+                        l.p.all_channels +
+                    c]};
         worst = std::max(worst, std::fabs(double{value[c]} - expected));
       }
     }
@@ -157,8 +148,8 @@ void seams(const Loaded& l, std::uint32_t count) {
     for (std::uint32_t c = 0; c < l.p.all_channels; ++c) {
       for (std::uint32_t r = 0; r < kRows; ++r) {
         for (std::uint32_t o = 0; o < 2; ++o) {
-          const double d = double{a[c * left.texels() + std::size_t{r} * left.width + 254 + o]} -
-                           double{b[c * right.texels() + std::size_t{r} * right.width + o]};
+          const double d = double{a[(std::size_t{r} * left.width + 254 + o) * l.p.all_channels + c]} -
+                           double{b[(std::size_t{r} * right.width + o) * l.p.all_channels + c]};
           worst = std::max(worst, std::fabs(d));
         }
       }

@@ -276,7 +276,7 @@ Stability settle_levels(const FieldInput& input, const std::vector<SubspaceFacto
                         const Wanted& wanted, const FitSettings& settings, FieldShape& shape,
                         FieldPayload& payload) {
   // The gain of blending and the bump filter may add to an error.
-  const double grows = (shape.clusters > 1 ? double{FIELD_MOST_GAIN} : 1) * (1 + double{input.relief});
+  const double grows = (shape.clusters > 1 ? double{FIELD_MOST_GAIN} : 1) * (1 + double{payload.relief});
   // Levels and factors share the error; half of it is left to what runs out of a window and back.
   const double share = 0.5 * std::max(0.0, wanted.error / grows - kRounding) /
                        (shape.levels * (shape.coupled() ? 1 : shape.factors));
@@ -317,13 +317,8 @@ Result<FitResult> fit(ModelId model, const FitInput& input, const Wanted& wanted
   Result<FieldShape> shape = shape_of(*analysed, settings);
   if (!shape) return shape.error();
   const std::vector<SubspaceFactors> subspaces = all_factors(*analysed, *shape, wanted.bands);
-  FieldPayload payload{analysed->directions,
-                       analysed->subspace_of_pair,
-                       analysed->relief,
-                       analysed->height_step,
-                       analysed->range,
-                       records_of(*shape, subspaces),
-                       {}};
+  FieldPayload payload = std::move(analysed->payload);
+  payload.records = records_of(*shape, subspaces);
   const Stability stability = settle_levels(*analysed, subspaces, wanted, settings, *shape, payload);
   if (const auto valid = read_field_parm(head, write_field_parm(*shape)); !valid) {
     Error error = valid.error();

@@ -47,9 +47,8 @@ Result<FieldInput> input_of_images(ModelId model, const std::vector<NamedImage>&
   }
   if (out.head.channels() > kMaxChannels)
     return bad_argument(fmt::format("{} channels, expected at most {}", out.head.channels(), kMaxChannels));
-  out.directions = {{DirectionPoint{}}, {DirectionPoint{}}, {{0, 0}}};
-  out.subspace_of_pair = {0};
-  out.medoids = {0};
+  out.payload.directions = {{DirectionPoint{}}, {DirectionPoint{}}, {{0, 0}}};
+  out.payload.subspace_of_pair = {0};
   return out;
 }
 
@@ -60,10 +59,10 @@ void code_range(const RangeMap& map, const FieldShape& shape, FieldInput& out) {
   out.range_width = map.width;
   out.range_height = map.height;
   out.range_bits = shape.range_bits;
-  out.height_step = (*high - *low) / static_cast<float>(most);
+  out.payload.height_step = (*high - *low) / static_cast<float>(most);
   for (const float h : map.heights) {
-    const float code = out.height_step > 0 ? (h - *low) / out.height_step : 0;
-    out.range.push_back(
+    const float code = out.payload.height_step > 0 ? (h - *low) / out.payload.height_step : 0;
+    out.payload.range.push_back(
         static_cast<std::uint16_t>(std::lround(std::clamp(code, 0.0f, static_cast<float>(most)))));
   }
 }
@@ -77,42 +76,42 @@ Result<FieldInput> field_input(ModelId model, const FitInput& input, const FitSe
   if (!described) return described.error();
   FieldInput out;
   out.head = described->head;
-  out.directions = std::move(described->directions);
+  out.payload.directions = std::move(described->directions);
   out.wraps = dataset.info().wraps;
   const auto wanted = parse_automatic(settings.options, "clusters", 1, kFieldMostClusters);
   if (!wanted) return wanted.error();
   Result<Subspaces> subspaces = segment_pairs(dataset, wanted->value_or(0), settings.seed, settings.progress);
   if (!subspaces) return subspaces.error();
-  out.subspace_of_pair = std::move(subspaces->of_pair);
-  out.medoids = std::move(subspaces->medoid);
+  out.payload.subspace_of_pair = std::move(subspaces->of_pair);
   out.report.push_back({"segmentation_explains", fmt::format("{:.4f}", subspaces->explained)});
 
   if (settings.reconstruct_missing && !dataset.info().full_product()) {
     const std::size_t measured = out.head.pairs;
-    out.subspace_of_pair = complete_index(dataset, out.subspace_of_pair, out.medoids);
+    out.payload.subspace_of_pair = complete_index(dataset, out.payload.subspace_of_pair, subspaces->medoid);
     out.head.pairs = out.head.views * out.head.lights;
-    out.directions.pairs = all_pairs(out.head.views, out.head.lights);
+    out.payload.directions.pairs = all_pairs(out.head.views, out.head.lights);
     out.report.push_back({"reconstructed_pairs", std::to_string(out.head.pairs - measured)});
   }
 
   const Result<FieldShape> shape = field_shape_from_options(settings.options, out.head, 1, 0);
   if (!shape) return shape.error();
-  for (const std::size_t pair : out.medoids) out.channels.push_back(planes_of(dataset.image(pair)));
+  for (const std::size_t pair : subspaces->medoid) out.channels.push_back(planes_of(dataset.image(pair)));
   if (shape->range_bits == 0) return out;
   const Result<RangeMap> range = estimate_range_map(dataset, shape->range_width, shape->range_height);
   if (!range) return range.error();
   if (!range->note.empty() && settings.note) settings.note(range->note);
   code_range(*range, *shape, out);
   std::vector<std::array<float, 3>> lights;
-  for (const std::size_t pair : out.medoids) {
+  for (const std::size_t pair : subspaces->medoid) {
     const Vector3 v = unit_vector(dataset.info().lights[dataset.info().pairs[pair].light]);
     lights.push_back({static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])});
   }
   std::vector<float> heights;
-  for (const std::uint16_t code : out.range) heights.push_back(out.height_step * static_cast<float>(code));
-  out.relief = take_relief_off(heights, out.range_width, out.range_height, lights, out.channels);
+  for (const std::uint16_t code : out.payload.range)
+    heights.push_back(out.payload.height_step * static_cast<float>(code));
+  out.payload.relief = take_relief_off(heights, out.range_width, out.range_height, lights, out.channels);
   out.report.push_back({"range_known", fmt::format("{:.4f}", range->known_share)});
-  out.report.push_back({"relief", fmt::format("{:.3f}", out.relief)});
+  out.report.push_back({"relief", fmt::format("{:.3f}", out.payload.relief)});
   return out;
 }
 

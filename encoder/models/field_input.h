@@ -1,7 +1,6 @@
 // What the models of random fields are fitted to: one image a subspace, less the light that the range map
 // stands for.
 #pragma once
-#include <optional>
 #include <vector>
 
 #include "encoder/fields/plane.h"
@@ -13,13 +12,8 @@ namespace btfc {
 struct FieldInput {
   Head head;
   bool wraps = false;
-  Directions directions;
-  std::vector<std::uint16_t> subspace_of_pair;
-  std::vector<std::size_t> medoids;  // the pair of each subspace's image
-  // The range map as stored, and the strength of the bump filter.
-  std::uint32_t range_width = 0, range_height = 0, range_bits = 0;
-  float relief = 0, height_step = 0;
-  std::vector<std::uint16_t> range;
+  std::uint32_t range_width = 0, range_height = 0, range_bits = 0;  // of the range map, 0: none
+  FieldPayload payload;  // directions, subspaces of pairs, range map and its strength
   std::vector<std::vector<FieldPlane>> channels;  // of each subspace, values divided by the bump filter's
   std::vector<Parameter> report;
 };

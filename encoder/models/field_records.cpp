@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numeric>
 
-#include "encoder/fields/plane.h"
 #include "encoder/for_each_index.h"
 #include "encoder/linear/matrix.h"
 #include "format/models/field_collapse.h"
@@ -90,21 +88,13 @@ std::vector<std::array<float, 4>> subspace_signatures(const LoadedItem& item, co
     const auto subspace = static_cast<std::uint32_t>(k);
     const std::uint32_t subspaces[] = {subspace};
     const std::vector<float> factors = field_collapse(item, p, 0, 0, subspaces, window);
-    const uint basis = p.subspace_word + subspace * field_record_words(p) + p.all_channels;
+    std::vector<float> deviations(window.texels() * d);
+    field_deviations(words, p, subspace, 0, factors.data(), window.texels(), window.texels(),
+                     deviations.data());
     for (std::size_t t = 0; t < kSide * kSide; ++t) {
       const std::size_t texel = t / kSide * kSignatureStep * kSignatureSide + t % kSide * kSignatureStep;
-      std::vector<double> deviation(d);
-      for (std::uint32_t f = 0; f < d; ++f) {
-        const double v = double{field_marginal(words, p, field_factor_word(p, subspace, f),
-                                               factors[f * window.texels() + texel], 0)};
-        for (std::uint32_t n = 0; n < d; ++n) {
-          const double b = p.kind == FIELD_CAR3D
-                               ? (n == f ? 1.0 : 0.0)
-                               : double{field_number(words, basis + n * p.all_channels + f)};
-          deviation[n] += b * v;
-        }
-      }
-      for (std::size_t n = 0; n < d; ++n) samples(as_index(k), as_index(t * d + n)) = deviation[n];
+      for (std::size_t n = 0; n < d; ++n)
+        samples(as_index(k), as_index(t * d + n)) = double{deviations[texel * d + n]};
     }
     return Done{};
   });

@@ -81,6 +81,26 @@ void field_expand_add(const float* coarse, const FieldWindow& cw, const FieldWin
   }
 }
 
+void field_deviations(const BtfcWords& words, const FieldParams& p, std::uint32_t subspace,
+                      std::uint32_t smoothest, const float* factors, std::size_t plane, std::size_t count,
+                      float* out) {
+  const std::uint32_t d = p.all_channels;
+  const uint basis = p.subspace_word + subspace * field_record_words(p) + d;
+  std::fill_n(out, count * d, 0.0f);
+  std::vector<float> values(count);
+  for (std::uint32_t f = 0; f < d; ++f) {
+    const uint factor = field_factor_word(p, subspace, f);
+    for (std::size_t t = 0; t < count; ++t)
+      values[t] = field_marginal(words, p, factor, factors[f * plane + t], smoothest);
+    // The channels of car3d are its factors.
+    const bool own = p.kind == FIELD_CAR3D;
+    for (std::uint32_t c = own ? f : 0; c < (own ? f + 1 : d); ++c) {
+      const float weight = own ? 1.0f : field_number(words, basis + c * d + f);
+      for (std::size_t t = 0; t < count; ++t) out[t * d + c] += weight * values[t];
+    }
+  }
+}
+
 std::vector<float> field_collapse(const LoadedItem& item, const FieldParams& p, std::uint32_t level,
                                   std::uint32_t smoothest, std::span<const std::uint32_t> subspaces,
                                   const FieldWindow& window) {

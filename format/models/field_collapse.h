@@ -20,6 +20,12 @@ FieldWindow field_coarse_window(const FieldWindow& fine);
 void field_expand_add(const float* coarse, const FieldWindow& coarse_window, const FieldWindow& fine_window,
                       float* fine);
 
+// Factors' values -> deviations of all channels from the subspace's mean (marginal tables, inverse
+// Karhunen-Loeve transform), channels interleaved: of `count` texels, factor f's first at factors[f * plane].
+void field_deviations(const BtfcWords& words, const FieldParams& p, std::uint32_t subspace,
+                      std::uint32_t smoothest, const float* factors, std::size_t plane, std::size_t count,
+                      float* out);
+
 // The collapsed pyramid over a window of `level`, levels finer than `smoothest` left out: without tiles, from
 // all coarser levels' windows.
 std::vector<float> field_collapse(const LoadedItem& item, const FieldParams& p, std::uint32_t level,

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
+#include <cstring>
 
 #include "format/limits.h"
 #include "format/models/field_options.h"
@@ -131,14 +131,13 @@ Result<Done> append_level(const FieldShape& s, std::uint32_t level, const ChunkR
     if (const auto ok = check_not_negative(*rows, s.factor_begin(level, f), "the spread"); !ok)
       return ok.error();
   }
-  std::vector<float> numbers;
-  for (std::uint64_t r = 0; r < rows->rows; ++r) {
-    for (std::uint64_t c = 0; c < rows->columns; ++c) numbers.push_back(rows->value(r, c));
-  }
+  const std::size_t first = words.size();
   append_rows(*rows, words);
+  std::vector<float> numbers(words.size() - first);
+  std::memcpy(numbers.data(), &words[first], numbers.size() * sizeof(float));
   const FieldBand band = field_band(s, level, numbers.data());
   const std::uint64_t stride = s.response_words(level);
-  std::vector<float> responses(s.responses(level) / s.clusters * stride);
+  std::vector<float> responses(s.responses() / s.clusters * stride);
   for (std::uint32_t k = 0; k < s.clusters; ++k) {
     if (s.kind == FieldKind::gmrf) {
       for (std::uint32_t f = 0; f < s.factors; ++f) {
@@ -237,7 +236,11 @@ Result<Layout> field_layout(const Head& head, ByteView raw) {
   // A texel of a prepared tile: recursions of four subspaces, tables, colours, the blend.
   const std::uint64_t d = s.factors;
   layout.cost = TexelCost{4 * (operations + d * (10 + 2 * d)) + 40, 4 * d * (s.knots > 0 ? 3 : 1) + 16};
-  for (const Map& map : head.maps) layout.map_bits.push_back(0 * map.channels);
+  // Means and rows of bases.
+  for (const Map& map : head.maps) {
+    layout.map_bits.push_back(8 * element_bytes(s.precision) * s.clusters * map.channels *
+                              (1 + (s.coupled() ? 0 : d)));
+  }
   return layout;
 }
 
@@ -256,6 +259,9 @@ FieldBand field_band_of_words(const LoadedItem& item, const FieldParams& p, std:
   for (std::uint32_t f = 0; f < s.masks_per_level(); ++f, at += 2)
     s.masks[std::size_t{level} * s.masks_per_level() + f] = words[at] | std::uint64_t{words[at + 1]} << 32;
   static_assert(sizeof(float) == sizeof(std::uint32_t));
+  static_assert(FIELD_CAR == static_cast<uint>(FieldKind::car) &&
+                FIELD_GMRF == static_cast<uint>(FieldKind::gmrf) &&
+                FIELD_CAR3D == static_cast<uint>(FieldKind::car3d));
   FieldBand band = field_band(s, level, reinterpret_cast<const float*>(words.data() + at));
   band.period = p.period;
   return band;

@@ -1,7 +1,6 @@
 // Impulse responses of a level's recursion, and the rule that keeps every valid file from blowing up.
 #pragma once
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "format/models/field_band.h"

@@ -128,7 +128,7 @@ Result<FieldShape> read_field_parm(const Head& head, ByteView raw) {
                                  chunk.raw_bytes));
   }
   std::uint64_t responses = 0;
-  for (std::uint32_t l = 0; l < s.levels; ++l) responses += s.responses(l) * s.response_words(l);
+  for (std::uint32_t l = 0; l < s.levels; ++l) responses += s.responses() * s.response_words(l);
   if (responses > kMaxChunkBytes / 4 || field_memory_words(head, s) - responses > kMaxChunkBytes / 4) {
     return invalid("FD2", 0,
                    fmt::format("impulse responses of {} subspaces take {} words, expected at most {}",
@@ -173,7 +173,7 @@ std::uint64_t field_memory_words(const Head& head, const FieldShape& s) {
   words += std::uint64_t{s.clusters} * s.record_numbers();
   for (std::uint32_t l = 0; l < s.levels; ++l) {
     words += 2 * s.masks_per_level() + std::uint64_t{s.clusters} * s.level_numbers(l) +
-             s.responses(l) * s.response_words(l);
+             s.responses() * s.response_words(l);
   }
   return words;
 }

@@ -58,8 +58,8 @@ Result<Done> field_torus(const FieldBand& band, std::uint32_t subspace, std::uin
   const Fourier fourier(n);
   fourier.transform_square(f);
   const double scale = double{numbers[0]} / static_cast<double>(texels);
-  // No mean: a torus is all there is of the texture, and its colour is the mean's. The inverse transform is the
-  // conjugate of the forward one of the conjugate; what it gives is real.
+  // No mean: a torus is all there is of the texture, and its colour is the mean's. The inverse transform is
+  // the conjugate of the forward one of the conjugate; what it gives is real.
   f[0] = 0;
   for (std::size_t i = 0; i < texels; ++i) f[i] = std::conj(f[i]) * (scale / std::sqrt(denominator[i]));
   fourier.transform_square(f);

@@ -9,8 +9,8 @@
 #include <memory>
 
 #include "btfc/btfc.h"
-#include "encoder/models/gm_random.h"
 #include "encoder/run_on_threads.h"
+#include "encoder/split_mix.h"
 #include "format/container.h"
 #include "format/models/field_collapse.h"
 #include "tools/file_source.h"
@@ -94,7 +94,7 @@ void single_texels(const Loaded& l, const btfc_texture* texture, std::uint32_t s
   const double synthesis = now() - begin;
   const std::size_t texels = std::size_t{side} * side;
   const vec4 mean = field_mean(words, l.p, subspace);
-  GmRandom random(7);
+  SplitMix64 random(7);
   const std::unique_ptr<btfc_scratch, decltype(&btfc_scratch_free)> scratch(btfc_scratch_new(texture),
                                                                             btfc_scratch_free);
   const auto compare = [&](std::uint32_t count, btfc_scratch* with, double& seconds) {
@@ -135,7 +135,7 @@ void single_texels(const Loaded& l, const btfc_texture* texture, std::uint32_t s
 
 // Both tiles' values of the texels beside a seam.
 void seams(const Loaded& l, std::uint32_t count) {
-  GmRandom random(11);
+  SplitMix64 random(11);
   double worst = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t subspace = i % l.p.clusters;
@@ -281,7 +281,7 @@ void all_subspaces(const Loaded& l, std::uint32_t side) {
 void random_texels(const btfc_texture* texture, std::size_t count, bool all_directions) {
   const std::unique_ptr<btfc_scratch, decltype(&btfc_scratch_free)> scratch(btfc_scratch_new(texture),
                                                                             btfc_scratch_free);
-  GmRandom random(3);
+  SplitMix64 random(3);
   std::vector<btfc_query> queries(count);
   const std::uint32_t pairs = btfc_texture_pairs(texture);
   btfc_directions d = directions_of(texture, 0);

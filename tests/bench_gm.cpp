@@ -12,11 +12,11 @@
 #include "encoder/input/dataset_read.h"
 #include "encoder/models/gm_em.h"
 #include "encoder/models/gm_gradient.h"
-#include "encoder/models/gm_random.h"
 #include "encoder/models/gm_refined.h"
 #include "encoder/models/gm_samples.h"
 #include "encoder/models/gm_score.h"
 #include "encoder/run_on_threads.h"
+#include "encoder/split_mix.h"
 #include "format/models/gm_evaluate.h"
 
 using namespace btfc;
@@ -78,7 +78,7 @@ void decode_rates(const GmSamples& samples, const GmMixture& mixture, float erro
   fmt::print(
       "image {}x{}: {:.3f} s, {:.2f} Mtexel/s, plain {:.4f} Mtexel/s, ratio {:.0f}, worst error {:.2e}\n",
       kSide, kSide, fast, texels / fast / 1e6, 1e-6 / slow, slow * texels / fast, worst);
-  GmRandom random(5);
+  SplitMix64 random(5);
   queries.resize(kQueries);
   for (GmQuery& q : queries) {
     q.x = field.width * static_cast<float>(random.uniform());

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "encoder/models/gm_random.h"
 #include "encoder/models/gm_state.h"
+#include "encoder/split_mix.h"
 
 namespace btfc {
 namespace {
@@ -147,7 +147,7 @@ std::uint32_t gm_em_reseed(GmEmMixture& mixture, const GmEmSums& sums, double le
 }
 
 GmEmMixture gm_em_random(const GmSamples& samples, std::uint32_t components, std::uint64_t seed) {
-  GmRandom random(seed);
+  SplitMix64 random(seed);
   GmEmMixture out;
   out.components = components;
   out.channels = samples.channels;

@@ -11,8 +11,8 @@
 
 #include "encoder/models/gm_adam.h"
 #include "encoder/models/gm_gradient.h"
-#include "encoder/models/gm_random.h"
 #include "encoder/models/gm_state.h"
+#include "encoder/split_mix.h"
 
 namespace btfc {
 namespace {
@@ -42,7 +42,7 @@ struct Cell {
 };
 
 // All rectangles of a grid laid at random, times all groups of pairs, in random order.
-std::vector<Cell> deal(const GmSamples& samples, GmRandom& random) {
+std::vector<Cell> deal(const GmSamples& samples, SplitMix64& random) {
   const std::uint32_t shift_x = random.below(kGmTile), shift_y = random.below(kGmTile);
   const auto cuts = [](std::uint32_t size, std::uint32_t shift) {
     std::vector<std::uint32_t> at{0};
@@ -93,7 +93,7 @@ GmLimits limits_of(const GmSamples& samples) {
 // About the largest value of samples without an upper end: the unit of steps of the outputs.
 float largest_value(const GmSamples& samples, std::uint64_t seed) {
   constexpr int kProbe = 65536;
-  GmRandom random(seed);
+  SplitMix64 random(seed);
   float most = 1e-3f;
   for (int i = 0; i < kProbe; ++i) {
     const std::uint32_t p = random.below(samples.pairs.size()), x = random.below(samples.width),
@@ -424,7 +424,7 @@ class Fit {
 
   const GmSamples& samples_;
   const GmRefinedOptions& options_;
-  GmRandom random_;
+  SplitMix64 random_;
   GmLimits limits_;
   GmMaster master_;
   GmField field_;

@@ -7,7 +7,7 @@
 #include <array>
 
 #include "encoder/linear/row_clusters.h"
-#include "encoder/models/gm_random.h"
+#include "encoder/split_mix.h"
 
 namespace btfc {
 namespace {
@@ -33,7 +33,7 @@ RowClusters assign(const Matrix& rows, const Matrix& centres) {
 }
 
 KMeans k_means_once(const Matrix& rows, std::size_t clusters, std::uint64_t seed) {
-  GmRandom random(seed);
+  SplitMix64 random(seed);
   const auto drawn = spread_rows(rows, clusters, [&] { return random.uniform(); });
   Matrix first(as_index(clusters), rows.cols());
   for (std::size_t m = 0; m < clusters; ++m) first.row(as_index(m)) = rows.row(as_index(drawn[m]));

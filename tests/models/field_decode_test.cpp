@@ -45,14 +45,14 @@ btfc_query query_at(std::int32_t x, std::int32_t y, std::uint32_t level = 0, flo
   return q;
 }
 
-void set_direction(float (&to)[3], GmRandom& random) {
+void set_direction(float (&to)[3], SplitMix64& random) {
   to[0] = static_cast<float>(2 * random.uniform() - 1);
   to[1] = static_cast<float>(2 * random.uniform() - 1);
   to[2] = static_cast<float>(random.uniform());
 }
 
 // Anywhere, any level and footprint, under any directions.
-std::vector<btfc_query> random_queries(GmRandom& random, std::size_t count, std::uint32_t maps,
+std::vector<btfc_query> random_queries(SplitMix64& random, std::size_t count, std::uint32_t maps,
                                        std::uint32_t reach, bool far) {
   std::vector<btfc_query> queries(count);
   constexpr float kFootprints[] = {0, 1, 1.9f, 2, 4.5f, 100, 1e30f};
@@ -121,7 +121,7 @@ TEST(FieldDecode, DirectFormIsTheTiles) {
           Case{BTFC_RELIEF_PARALLAX, 192}, Case{BTFC_RELIEF_SHADOW | BTFC_RELIEF_PARALLAX, 0}}) {
       const TexturePtr texture = load_part(file, part(0, period, relief));
       ASSERT_TRUE(texture);
-      GmRandom random(relief * 10 + period);
+      SplitMix64 random(relief * 10 + period);
       const std::vector<btfc_query> queries = random_queries(random, 24 / std::min(kShare, 4u), 2, 300, true);
       const ScratchPtr scratch = scratch_of(texture);
       EXPECT_LE(
@@ -138,7 +138,7 @@ TEST(FieldDecode, CallsOfAnySizeAgree) {
     const MadeField made = rich_field(model);
     const TexturePtr texture = load(file_of(made));
     ASSERT_TRUE(texture);
-    GmRandom random(9);
+    SplitMix64 random(9);
     std::vector<btfc_query> queries = random_queries(random, 10000 / kShare, 2, 60, false);
     for (btfc_query& q : queries) {
       q.level = q.level % 2;
@@ -230,7 +230,7 @@ TEST(FieldDecode, TexelsAreOneBigWindow) {
             field_collapse(f.item, f.p, level, level, subspaces, {origin, origin, kSide, kSide});
         std::vector<btfc_query> queries;
         std::vector<float> expected;
-        GmRandom random(level);
+        SplitMix64 random(level);
         for (std::uint32_t i = 0; i < 200; ++i) {
           const std::uint32_t x = random.below(kSide), y = random.below(kSide);
           queries.push_back(query_at(static_cast<std::int32_t>(static_cast<std::uint32_t>(origin + x)),
@@ -262,7 +262,7 @@ TEST(FieldDecode, Periods) {
       ASSERT_TRUE(texture) << period;
       const ScratchPtr scratch = scratch_of(texture);
       const auto n = static_cast<std::int64_t>(period);
-      GmRandom random(period);
+      SplitMix64 random(period);
       std::vector<btfc_query> here, there;
       for (int i = 0; i < 60; ++i) {
         const std::uint32_t level = random.below(3);
@@ -354,7 +354,7 @@ TEST(FieldDecode, CoarseLevelsNeedNoFinerOnes) {
 
       const std::uint32_t least = 4 - levels;
       const ScratchPtr scratch = scratch_of(texture);
-      GmRandom random(levels);
+      SplitMix64 random(levels);
       std::vector<btfc_query> queries = random_queries(random, 16, 2, 60, false);
       for (std::uint32_t level = 0; level < 4; ++level) {
         for (btfc_query& q : queries) {
@@ -472,7 +472,7 @@ TEST(FieldBlending, WeightsAndGains) {
   for (std::size_t k = 0; k < 5; ++k)
     std::copy(signatures[k].begin(), signatures[k].end(), &made.payload.records[made.signature_at(k)]);
   const LoadedField f = loaded(file_of(made));
-  GmRandom random(31);
+  SplitMix64 random(31);
   bool grown = false, capped = false, several = false;
   for (std::uint32_t i = 0; i < 20000; ++i) {
     float view[3], light[3];

@@ -45,7 +45,7 @@ FieldPlane plane_of(std::uint32_t width, std::uint32_t height, const Value& valu
 
 // White noise of variance 1.
 FieldPlane white(std::uint32_t width, std::uint32_t height, std::uint64_t seed) {
-  GmRandom random(seed);
+  SplitMix64 random(seed);
   return plane_of(width, height,
                   [&](std::uint32_t, std::uint32_t) { return std::sqrt(12.0) * (random.uniform() - 0.5); });
 }
@@ -250,7 +250,7 @@ TEST(FieldStability, KnownRadii) {
 }
 
 TEST(FieldStability, ShrinkingMovesRootsTowardsZero) {
-  GmRandom random(12);
+  SplitMix64 random(12);
   for (int i = 0; i < 40; ++i) {
     const std::uint64_t mask = random_mask(random, 1 + random.below(12));
     const std::vector<FieldOffset> offsets = offsets_in(mask);
@@ -452,7 +452,7 @@ TEST(FieldNeighbourhoods, OrdersAreKept) {
 // ---- Marginals ----
 
 TEST(FieldMarginals, ScoresAndTablesUndoEachOther) {
-  GmRandom random(4);
+  SplitMix64 random(4);
   const FieldPlane plane = plane_of(200, 200, [&](auto, auto) { return std::pow(random.uniform(), 3); });
   const FieldPlane scores = normal_scores(plane);
   EXPECT_NEAR(mean_of(scores), 0, 1e-9);

@@ -69,7 +69,7 @@ void expect_decodes(const Fitted& f, const std::string& what) {
   ASSERT_TRUE(texture) << what << ": " << error.message;
   const ScratchPtr scratch(btfc_scratch_new(texture.get()));
   std::vector<btfc_query> queries;
-  GmRandom random(2);
+  SplitMix64 random(2);
   for (std::uint32_t map = 0; map < btfc_texture_maps(texture.get()); ++map) {
     const btfc_directions look{{0.3f, 0.2f, 0.7f}, {-0.4f, 0.5f, 0.3f}, 1, 0};
     (void)rectangle(texture.get(), scratch.get(), look, -9, -5, 20, 20, map);

@@ -14,7 +14,7 @@ namespace btfc::test {
 namespace {
 
 // Numbers of both signs whose sizes add up to `whole`.
-std::vector<float> coefficients(GmRandom& random, std::size_t count, double whole) {
+std::vector<float> coefficients(SplitMix64& random, std::size_t count, double whole) {
   std::vector<double> raw(count);
   double sum = 0;
   for (double& v : raw) {
@@ -28,7 +28,7 @@ std::vector<float> coefficients(GmRandom& random, std::size_t count, double whol
 }
 
 // Householder's reflection of a random vector: orthonormal.
-std::vector<float> orthonormal(GmRandom& random, std::size_t d) {
+std::vector<float> orthonormal(SplitMix64& random, std::size_t d) {
   std::vector<double> v(d);
   double length = 0;
   for (double& x : v) {
@@ -55,7 +55,7 @@ std::size_t MadeField::factor_at(std::size_t subspace, std::size_t factor) const
   return signature_at(subspace) + 4 + factor * (shape.levels + shape.knots);
 }
 
-std::uint64_t random_mask(GmRandom& random, std::uint32_t count) {
+std::uint64_t random_mask(SplitMix64& random, std::uint32_t count) {
   std::uint64_t mask = 0;
   while (static_cast<std::uint32_t>(__builtin_popcountll(mask)) < count)
     mask |= std::uint64_t{1} << random.below(kFieldCandidates);
@@ -64,7 +64,7 @@ std::uint64_t random_mask(GmRandom& random, std::uint32_t count) {
 
 MadeField make_field(const FieldRecipe& r) {
   MadeField made;
-  GmRandom random(r.seed * 7919 + 3);
+  SplitMix64 random(r.seed * 7919 + 3);
   Head& head = made.head;
   head.model = r.model;
   head.width = r.width;

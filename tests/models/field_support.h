@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "encoder/models/gm_random.h"
+#include "encoder/split_mix.h"
 #include "format/models/field_payload.h"
 #include "tests/test_support.h"
 
@@ -61,6 +61,6 @@ double worst_difference(std::span<const float> a, std::span<const float> b);
 double mean_of(std::span<const float> values);
 
 // `count` of the 40 candidates.
-std::uint64_t random_mask(GmRandom& random, std::uint32_t count);
+std::uint64_t random_mask(SplitMix64& random, std::uint32_t count);
 
 }  // namespace btfc::test

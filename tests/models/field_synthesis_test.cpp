@@ -106,7 +106,7 @@ struct Level {
   }
 };
 
-Level random_level(GmRandom& random, FieldKind kind, std::uint32_t factors, std::uint32_t subspaces,
+Level random_level(SplitMix64& random, FieldKind kind, std::uint32_t factors, std::uint32_t subspaces,
                    std::uint32_t order, std::uint32_t margin, std::uint32_t level, double whole) {
   Level out;
   FieldShape& s = out.shape;
@@ -148,7 +148,7 @@ TEST(FieldSynthesis, VectorsAreThePlainRecursionBitForBit) {
   for (std::int64_t target = all & -all, rest = all; rest != 0; rest &= rest - 1, target = rest & -rest) {
     hwy::SetSupportedTargetsForTest(target);
     hwy::GetChosenTarget().DeInit();
-    GmRandom random(11);
+    SplitMix64 random(11);
     for (std::uint32_t i = 0; i < 160 / kShare; ++i) {
       const bool coupled = random.below(3) == 0;
       const std::uint32_t factors = coupled ? 1 + random.below(5) : 1 + random.below(3),
@@ -177,7 +177,7 @@ TEST(FieldSynthesis, VectorsAreThePlainRecursionBitForBit) {
 }
 
 TEST(FieldSynthesis, LatticesCloseOnThemselves) {
-  GmRandom random(3);
+  SplitMix64 random(3);
   for (const std::uint32_t level : {0u, 1u, 3u}) {
     Level l = random_level(random, FieldKind::car, 2, 1, 12, 16, level, 0.5);
     const std::int64_t turn = kTurn >> level;
@@ -197,7 +197,7 @@ TEST(FieldSynthesis, LatticesCloseOnThemselves) {
 
 // What margins leave out falls with them, and arithmetic in binary32 adds next to nothing.
 TEST(FieldSynthesis, MarginsAgainstDoubles) {
-  GmRandom random(5);
+  SplitMix64 random(5);
   for (const FieldKind kind : {FieldKind::car, FieldKind::car3d}) {
     Level l = random_level(random, kind, 2, 1, 12, 255, 0, 0);
     // A recursion that dies away slowly: 0.84 in all.
@@ -299,7 +299,7 @@ TEST(FieldResponse, DirectSumsAreTheRecursion) {
 
 // car3d with one channel is car.
 TEST(FieldSynthesis, OneCoupledChannelIsAScalarField) {
-  GmRandom random(8);
+  SplitMix64 random(8);
   Level scalar = random_level(random, FieldKind::car, 1, 1, 12, 20, 0, 0.9), coupled = scalar;
   coupled.shape.kind = FieldKind::car3d;
   const FieldWindow window{3, -8, 37, 21};
@@ -394,7 +394,7 @@ TEST(FieldTorus, RepeatsAtEveryLevel) {
 // ---- The pyramid's collapse (section 5.4) ----
 
 TEST(FieldCollapse, ExpandingByItsDefinition) {
-  GmRandom random(21);
+  SplitMix64 random(21);
   for (int i = 0; i < 200; ++i) {
     const FieldWindow fine{std::int64_t{random.below(40)} - 20, std::int64_t{random.below(40)} - 20,
                            1 + random.below(30), 1 + random.below(30)};
@@ -434,7 +434,7 @@ TEST(FieldCollapse, WindowsAgree) {
     for (const std::int64_t origin : {std::int64_t{-40}, (kTurn >> 1) - 40, -kTurn - 40}) {
       const FieldWindow big{origin, origin, 90, 80};
       const std::vector<float> all = field_collapse(f.item, f.p, 0, 0, subspaces, big);
-      GmRandom random(4);
+      SplitMix64 random(4);
       for (int i = 0; i < 30; ++i) {
         FieldWindow part{0, 0, 1 + random.below(40), 1 + random.below(40)};
         const std::uint32_t x = random.below(50), y = random.below(40);
@@ -470,7 +470,7 @@ TEST(FieldCollapse, SeamsByMargin) {
     const FieldWindow big{0, 0, 64, 64};
     const std::vector<float> all = field_collapse(f.item, f.p, 0, 0, subspaces, big);
     double worst = 0;
-    GmRandom random(2);
+    SplitMix64 random(2);
     for (int i = 0; i < 40; ++i) {
       const std::uint32_t x = random.below(60), y = random.below(60);
       const std::vector<float> own = field_collapse(f.item, f.p, 0, 0, subspaces, {x, y, 4, 4});

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "encoder/models/gm_em.h"
-#include "encoder/models/gm_random.h"
 #include "encoder/models/gm_samples.h"
+#include "encoder/split_mix.h"
 #include "format/models/gm_payload.h"
 #include "tests/btf_support.h"
 
@@ -293,12 +293,12 @@ Made make(const Shape& shape, const CodedRows& rows) {
 
 Made make(const Shape& shape, const std::vector<Part>& parts) { return make(shape, coded(shape, parts)); }
 
-float uniform(GmRandom& random, double low, double high) {
+float uniform(SplitMix64& random, double low, double high) {
   return static_cast<float>(low + (high - low) * random.uniform());
 }
 
 // A mixture as a fit might give it.
-std::vector<Part> ordinary(const Shape& shape, std::size_t count, GmRandom& random) {
+std::vector<Part> ordinary(const Shape& shape, std::size_t count, SplitMix64& random) {
   std::vector<Part> parts(count);
   for (Part& part : parts) {
     for (std::size_t n = 0; n < 6; ++n) {
@@ -317,7 +317,7 @@ std::vector<Part> ordinary(const Shape& shape, std::size_t count, GmRandom& rand
 
 // ---- Queries ----
 
-void point(float (&to)[3], GmRandom& random) {
+void point(float (&to)[3], SplitMix64& random) {
   const std::uint32_t kind = random.below(16);
   const double z = kind == 0 ? 0 : random.uniform(), r = std::sqrt(1 - z * z);
   // Azimuths round the seam at 0 and 360 degrees, and the axes themselves.
@@ -332,7 +332,7 @@ void point(float (&to)[3], GmRandom& random) {
   if (kind == 5) to[1] = to[0] *= 1e-4f;  // all but the pole
 }
 
-btfc_query anywhere(const Shape& shape, GmRandom& random) {
+btfc_query anywhere(const Shape& shape, SplitMix64& random) {
   btfc_query q{};
   q.x = static_cast<std::int32_t>(random.below(4 * shape.width)) - static_cast<std::int32_t>(shape.width);
   q.y = static_cast<std::int32_t>(random.below(4 * shape.height)) - static_cast<std::int32_t>(shape.height);
@@ -343,7 +343,7 @@ btfc_query anywhere(const Shape& shape, GmRandom& random) {
   return q;
 }
 
-std::vector<btfc_query> many(const Shape& shape, std::size_t count, GmRandom& random) {
+std::vector<btfc_query> many(const Shape& shape, std::size_t count, SplitMix64& random) {
   std::vector<btfc_query> queries(count);
   for (btfc_query& q : queries) q = anywhere(shape, random);
   return queries;
@@ -487,7 +487,7 @@ void report(const char* what, const Judged& judged) {
 // ---- Numbers of components, gates ----
 
 TEST(GmExtremes, OneComponentAndManyAsFiles) {
-  GmRandom random(1);
+  SplitMix64 random(1);
   for (const std::uint32_t count : {1u, 4096u}) {
     for (const bool wraps : {false, true}) {
       for (const std::uint32_t gates : {0u, 1u, 9u}) {
@@ -515,7 +515,7 @@ TEST(GmExtremes, OneComponentAndManyAsFiles) {
 
 // Components that stand twice have the same gates with other outputs: of equal ones the first counts.
 TEST(GmExtremes, EveryNumberOfGatesWithTies) {
-  GmRandom random(2);
+  SplitMix64 random(2);
   Judged all;
   for (const GmLayout layout : {GmLayout::compact, GmLayout::paper}) {
     for (const bool wraps : {false, true}) {
@@ -546,7 +546,7 @@ TEST(GmExtremes, EveryNumberOfGatesWithTies) {
 
 // Few components, all of them the same but for their outputs: every texel ties.
 TEST(GmExtremes, NothingButTies) {
-  GmRandom random(3);
+  SplitMix64 random(3);
   Shape shape;
   for (const std::size_t count : {2u, 17u, 40u, 300u}) {
     std::vector<Part> parts = ordinary(shape, 1, random);
@@ -563,7 +563,7 @@ TEST(GmExtremes, NothingButTies) {
 }
 
 TEST(GmExtremes, WeightsOfNothing) {
-  GmRandom random(4);
+  SplitMix64 random(4);
   Judged all;
   for (const std::size_t used : {1u, 2u, 30u}) {
     for (const std::uint32_t k : {0u, 1u, 2u, 3u, 32u}) {
@@ -597,7 +597,7 @@ TEST(GmExtremes, WeightsOfNothing) {
 
 // Every number at one end of its rule or the other, or at 0.
 TEST(GmExtremes, EndsOfRuleGm4) {
-  GmRandom random(5);
+  SplitMix64 random(5);
   Judged all;
   std::size_t resolved = 0, blurred = 0;
   for (int file = 0; file < 120 / (kShare > 1 ? 6 : 1); ++file) {
@@ -646,7 +646,7 @@ TEST(GmExtremes, EndsOfRuleGm4) {
 
 // Spreads of 2^-12 texels and radians at the very places that are asked for: there gates are exact.
 TEST(GmExtremes, NeedlesAndPlains) {
-  GmRandom random(6);
+  SplitMix64 random(6);
   Shape shape;
   shape.channels = 4;
   for (const float plain_peak : {-1024.0f, 0.0f}) {
@@ -682,7 +682,7 @@ TEST(GmExtremes, NeedlesAndPlains) {
 
 // All gates lie below anything that binary32 can hold as a power of two.
 TEST(GmExtremes, NothingUnderflowsButWhatHasNoWeight) {
-  GmRandom random(7);
+  SplitMix64 random(7);
   Judged all;
   for (const bool wraps : {false, true}) {
     for (const std::uint32_t gates : {0u, 3u}) {
@@ -719,7 +719,7 @@ TEST(GmExtremes, NothingUnderflowsButWhatHasNoWeight) {
 // From spreads that fits give to needles of 2^-12 radians, asked for anywhere: where the highest gate is a
 // few thousand below 0, values may be off by 1.5 10^-4 of the range, half as much again as the page's bound.
 TEST(GmExtremes, NarrowAngles) {
-  GmRandom random(15);
+  SplitMix64 random(15);
   Judged all;
   for (const float spread : {-3.0f, -4.0f, -5.0f, -6.0f, -8.0f, -10.0f, -12.0f}) {
     Shape shape;
@@ -734,7 +734,7 @@ TEST(GmExtremes, NarrowAngles) {
 // u8: codes 0 and 255 alone, between rows' ends at those of the rules, and steps of 0. f16: the largest, the
 // least subnormal and the rules' ends.
 TEST(GmExtremes, EndsOfCodes) {
-  GmRandom random(8);
+  SplitMix64 random(8);
   Judged all;
   std::size_t resolved = 0;
   for (int file = 0; file < 80 / (kShare > 1 ? 4 : 1); ++file) {
@@ -788,7 +788,7 @@ TEST(GmExtremes, EndsOfCodes) {
 // ---- Very many queries ----
 
 TEST(GmExtremes, AMillionQueriesAgainstDoubles) {
-  GmRandom random(9);
+  SplitMix64 random(9);
   constexpr std::size_t kFiles = 8, kQueries = 1'000'000 / kFiles / kShare,
                         kAlone = 100'000 / kFiles / kShare;
   Judged batch, alone;
@@ -819,7 +819,7 @@ TEST(GmExtremes, AMillionQueriesAgainstDoubles) {
 // ---- Footprints ----
 
 TEST(GmExtremes, FootprintsFromNothingToInfinity) {
-  GmRandom random(10);
+  SplitMix64 random(10);
   Judged all;
   for (const bool wraps : {false, true}) {
     for (const std::uint32_t gates : {0u, 4u}) {
@@ -878,7 +878,7 @@ TEST(GmExtremes, FootprintsFromNothingToInfinity) {
 
 // One call with every kind of footprint and of direction that there is.
 TEST(GmExtremes, CallsOfAllKindsAreFinite) {
-  GmRandom random(11);
+  SplitMix64 random(11);
   Shape shape;
   const Made made = make(shape, ordinary(shape, 30, random));
   std::vector<btfc_query> queries = many(shape, 2000, random);
@@ -907,7 +907,7 @@ TEST(GmExtremes, LogarithmsEnds) {
   for (const float c : {-4294967296.0f, -1000.0f, 0.0f, 11.0f, 87.0f, 88.0f, 4294967296.0f}) {
     std::vector<Part> parts(3);
     for (Part& part : parts) part.c[0] = c;
-    GmRandom random(12);
+    SplitMix64 random(12);
     const Made made = make(shape, parts);
     const std::vector<btfc_query> queries = many(shape, 300, random);
     const double wanted = std::expm1(std::min(0.25 + double{c}, 126 * std::numbers::ln2));
@@ -933,7 +933,7 @@ GmSamples noisy_samples(const Dataset& dataset) {
 Dataset noisy_set(std::uint32_t width, std::uint32_t height, int view_rings, std::uint32_t lights) {
   std::vector<Direction> some;
   for (std::uint32_t i = 0; i < lights; ++i) some.push_back(direction_from_degrees(20.0 * i, 77.0 * i));
-  GmRandom random(13);
+  SplitMix64 random(13);
   return make_btf(
       btf_info(width, height, 3, SampleType::unorm8, rings(view_rings), some),
       [&](const Direction&, const Direction& light, std::uint32_t x, std::uint32_t, std::uint32_t c) {
@@ -945,7 +945,7 @@ constexpr std::uint32_t kStrip = kShare > 1 ? 800 : 4000, kStripComponents = kSt
 
 // Components all over a long strip: most means are thousands of spreads from the origin.
 GmEmMixture strip_mixture(const GmSamples& samples, std::uint32_t components, bool whole_floats) {
-  GmRandom random(14);
+  SplitMix64 random(14);
   GmEmMixture out;
   out.components = components;
   out.channels = 3;

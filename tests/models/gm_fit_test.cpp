@@ -9,10 +9,10 @@
 
 #include "encoder/models/gm_em.h"
 #include "encoder/models/gm_gradient.h"
-#include "encoder/models/gm_random.h"
 #include "encoder/models/gm_refined.h"
 #include "encoder/models/gm_samples.h"
 #include "encoder/run_on_threads.h"
+#include "encoder/split_mix.h"
 #include "format/models/gm_evaluate.h"
 #include "format/models/gm_field.h"
 #include "format/models/gm_payload.h"
@@ -82,7 +82,7 @@ GmSamples with_mean(const Dataset& dataset, std::uint32_t rank = 3) {
 }
 
 GmMixture random_mixture(std::uint32_t components, const Kind& kind, std::uint64_t seed, bool shear = true) {
-  GmRandom random(seed);
+  SplitMix64 random(seed);
   GmMixture mixture = gm_make_mixture({components, kind.channels, shear});
   for (std::uint32_t m = 0; m < components; ++m) {
     for (std::uint32_t n = 0; n < 6; ++n) {
@@ -104,7 +104,7 @@ GmMixture random_mixture(std::uint32_t components, const Kind& kind, std::uint64
 }
 
 std::vector<GmQuery> random_queries(std::size_t count, const Kind& kind, std::uint64_t seed) {
-  GmRandom random(seed);
+  SplitMix64 random(seed);
   const auto direction = [&] {
     const double z = random.uniform(), phi = 2 * std::numbers::pi * random.uniform(),
                  r = std::sqrt(1 - z * z);
@@ -241,7 +241,7 @@ TEST(GmMath, ElementaryFunctionsAgainstDoubles) {
   }
   EXPECT_EQ(btfc_exp2(0), 1);
   EXPECT_EQ(btfc_exp2(-1e30f), btfc_exp2(-126)) << "far below: the end";
-  GmRandom random(3);
+  SplitMix64 random(3);
   for (int i = 0; i < 200000; ++i) {
     const auto v = static_cast<float>(std::exp2(120 * random.uniform() - 60));
     const double log2 = std::log2(static_cast<double>(v));

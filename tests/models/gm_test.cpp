@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "encoder/models/gm_random.h"
+#include "encoder/split_mix.h"
 #include "format/models/gm_payload.h"
 #include "tests/btf_support.h"
 
@@ -123,7 +123,7 @@ btfc_query query_at(std::uint32_t map, std::int32_t x, std::int32_t y, const Vec
   return q;
 }
 
-Vector3 random_direction(GmRandom& random) {
+Vector3 random_direction(SplitMix64& random) {
   const double z = random.uniform(), phi = 2 * std::numbers::pi * random.uniform(), r = std::sqrt(1 - z * z);
   return {r * std::cos(phi), r * std::sin(phi), z};
 }
@@ -155,7 +155,7 @@ void expect_batches_agree(const btfc_texture* texture, const std::vector<btfc_qu
 // Rectangles and batches against the reference, over random files. Gates that all but tie may differ.
 TEST(GmFiles, FastPathsAgainstTheReference) {
   std::mt19937 random(4);
-  GmRandom draw(5);
+  SplitMix64 draw(5);
   for (int file = 0; file < 40; ++file) {
     const RandomGm made = random_gm(random);
     const Result<Bytes> bytes = pack_file(made.chunks);

@@ -8,9 +8,9 @@
 
 namespace btfc {
 
-class GmRandom {
+class SplitMix64 {
  public:
-  explicit GmRandom(std::uint64_t seed) : state_(seed) {}
+  explicit SplitMix64(std::uint64_t seed) : state_(seed) {}
   std::uint64_t next() {
     std::uint64_t z = state_ += 0x9e3779b97f4a7c15u;
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;

@@ -18,6 +18,9 @@ constexpr double kPrior = 1e-6;
 constexpr double kDeviations = 6;
 constexpr double kClear = 0.5;
 constexpr double kMostRadius = 0.9999;
+// Of gmrf's spectrum: where an estimate has to be repaired its peak, at the longest waves, would otherwise
+// hold most of the variance, and windows differ in colour.
+constexpr double kLeastDenominator = 1e-3;
 constexpr int kBisections = 14;
 
 std::vector<FieldOffset> offsets_of(std::uint64_t mask) {
@@ -258,7 +261,7 @@ LevelModel settle_markov(const NeighbourMoments& moments, std::uint64_t mask, st
   model.radius = 1 - least();
   model.shrink = largest_good([&](double rho) {
     round_all(rho);
-    return least() >= 1 - kMostRadius;
+    return least() >= kLeastDenominator;
   });
   const std::vector<float> a = round_all(model.shrink);
   model.repaired_radius = 1 - least();

@@ -64,7 +64,8 @@ inline constexpr std::uint32_t kMostFittedMargin = 127;
 // field has the demanded variance.
 LevelModel settle_recursion(const NeighbourMoments& moments, std::uint64_t mask, const LevelDemand& demand);
 
-// The same of gmrf: all coefficients by one rho, so that the spectrum on the torus is positive.
+// The same of gmrf: all coefficients by one rho, so that the spectrum on the torus is positive and at most
+// 1000 times the noise's.
 LevelModel settle_markov(const NeighbourMoments& moments, std::uint64_t mask, std::uint32_t side,
                          const LevelDemand& demand);
 

@@ -5,10 +5,10 @@
 #include <complex>
 #include <numbers>
 
-#include "format/fourier.h"
 #include "encoder/metrics/texture_statistics.h"
 #include "encoder/models/patch_joins.h"
 #include "encoder/models/patch_sample.h"
+#include "format/fourier.h"
 #include "tests/test_support.h"
 
 namespace btfc::test {

@@ -75,9 +75,7 @@ struct FieldShape {
     if (kind == FieldKind::gmrf) return std::uint64_t{torus_side(level)} * torus_side(level);
     return (std::uint64_t{margins[level]} + 1) * (2 * std::uint64_t{margins[level]} + 1);
   }
-  std::uint64_t responses() const {
-    return std::uint64_t{clusters} * factors * (coupled() ? factors : 1);
-  }
+  std::uint64_t responses() const { return std::uint64_t{clusters} * factors * (coupled() ? factors : 1); }
   std::uint64_t parm_bytes() const { return 40 + 8 * std::uint64_t{levels} * masks_per_level(); }
 };
 

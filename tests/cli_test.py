@@ -766,6 +766,8 @@ class DecodeTest(CommandTest):
         self.fails(USAGE, "decode", self.file, "-o", out, "--size", "4x4", says="not unbounded")
         self.fails(USAGE, "decode", self.file, "-o", out, "--periodic", "4", says="not unbounded")
         self.fails(USAGE, "encode", picture, "-o", out, "--model", "car", "--order", "41", says="--order")
+        self.fails(USAGE, "encode", picture, "-o", out, "--model", "car", "--clusters", "2", says="--clusters")
+        self.fails(USAGE, "encode", picture, "-o", out, "--model", "car", "--range", "8x8", says="--range")
         self.assertFalse(Path(out).exists())
 
     def test_btf_mistakes(self):

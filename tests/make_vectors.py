@@ -327,11 +327,14 @@ def field_recipes(model, folder):
     def made(name, *args, **more):
         return sets.write_set(Path(folder, f"{model}-{name}"), *args, **more)
 
-    def fields(clusters, levels, order, knots, precision, *relief):
+    def statistics(levels, order, knots, precision):
         torus = ["--torus", str(32 if levels < 3 else 64)] if model == "gmrf" else []
-        return ["--clusters", str(clusters), "--levels", str(levels), "--order", str(order), "--knots", str(knots),
-                "--precision", precision, "--error", "0.02", "--range", relief[0] if relief else "0", *torus,
-                *(["--range-bits", relief[1]] if relief else [])]
+        return ["--levels", str(levels), "--order", str(order), "--knots", str(knots), "--precision", precision,
+                "--error", "0.02", *torus]
+
+    def fields(clusters, levels, order, knots, precision, *relief):
+        return [*statistics(levels, order, knots, precision), "--clusters", str(clusters), "--range",
+                relief[0] if relief else "0", *(["--range-bits", relief[1]] if relief else [])]
 
     gone = {(0, 1), (1, 2), (2, 0), (2, 2), (4, 1), (4, 2), (4, 3)}
     named = sets.write_named_set(Path(folder, f"{model}-named"), sets.RING, sets.RING, (18, 14), missing=gone)
@@ -340,10 +343,10 @@ def field_recipes(model, folder):
         "grey16_f16": [made("grey16", sets.HORIZON, sets.GRID, (20, 16), 1, "unorm16"),
                        *fields(5, 1, 2, 17, "f16", "7x3", "16"), "--codec", "zstd"],
         # The smallest: hostile_test changes its every byte, so nothing is packed in it.
-        "single": [image(folder, 1, 8, 12, 12), *fields(1, 1, 1, 0, "f16"), "--codec", "raw"],
-        "image_rgb": [image(folder, 3, 8, 40, 33), *fields(1, 3, 3, 16, "f16"), "--seed", "4294967295", "--codec", "zstd"],
+        "single": [image(folder, 1, 8, 12, 12), *statistics(1, 1, 0, "f16"), "--codec", "raw"],
+        "image_rgb": [image(folder, 3, 8, 40, 33), *statistics(3, 3, 16, "f16"), "--seed", "4294967295", "--codec", "zstd"],
         "two_maps": ["--map", "albedo=" + image(folder, 3, 8, 24, 24, 2), "--map", "height=" + image(folder, 1, 16, 24, 24, 3),
-                     *fields(1, 2, 1, 2, "f32"), "--seed", "7", "--codec", "raw"],
+                     *statistics(2, 1, 2, "f32"), "--seed", "7", "--codec", "raw"],
         "line_wraps": [made("line", sets.LINE, sets.SIDE, (16, 16), wraps=True), *fields(2, 2, 2, 64, "f16"),
                        "--codec", "zstd"],
         "missing": [named, *fields(4, 2, 1, 5, "f16", "4x4", "8"), "--missing", "skip", "--codec", "raw"],

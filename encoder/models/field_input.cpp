@@ -26,7 +26,12 @@ std::vector<FieldPlane> planes_of(const Image& image) {
 }
 
 // Images: one subspace, one pair, no relief.
-Result<FieldInput> input_of_images(ModelId model, const std::vector<NamedImage>& maps) {
+Result<FieldInput> input_of_images(ModelId model, const std::vector<NamedImage>& maps,
+                                   const OptionValues& options) {
+  for (const char* name : {"clusters", "range", "range-bits"}) {
+    if (find_option(options, name))
+      return bad_argument(fmt::format("--{} is for data sets of several directions, not for images", name));
+  }
   FieldInput out;
   out.head.model = model;
   out.head.width = maps[0].image.width;
@@ -70,7 +75,7 @@ void code_range(const RangeMap& map, const FieldShape& shape, FieldInput& out) {
 }  // namespace
 
 Result<FieldInput> field_input(ModelId model, const FitInput& input, const FitSettings& settings) {
-  if (input.dataset == nullptr) return input_of_images(model, input.maps);
+  if (input.dataset == nullptr) return input_of_images(model, input.maps, settings.options);
   const Dataset& dataset = *input.dataset;
   Result<DatasetHead> described = dataset_head(dataset.info(), model);
   if (!described) return described.error();
@@ -99,7 +104,7 @@ Result<FieldInput> field_input(ModelId model, const FitInput& input, const FitSe
   if (shape->range_bits == 0) return out;
   const Result<RangeMap> range = estimate_range_map(dataset, shape->range_width, shape->range_height);
   if (!range) return range.error();
-  if (!range->note.empty() && settings.note) settings.note(range->note);
+  if (!range->note.empty()) out.report.push_back({"range_note", range->note, false});
   code_range(*range, *shape, out);
   std::vector<std::array<float, 3>> lights;
   for (const std::size_t pair : subspaces->medoid) {

@@ -106,8 +106,8 @@ struct FieldWeights {
 BTFC_FN void field_coarser(uint level, uint period, BTFC_INOUT(FieldWeights) w) {
   uint first = w.first;
   uint coarse = first % 2u == 0u ? first / 2u - 1u : first / 2u;
-  float to[5];
-  for (uint i = 0u; i < 5u; ++i) to[i] = 0.0f;
+  float to[4];
+  for (uint i = 0u; i < 4u; ++i) to[i] = 0.0f;
   for (uint i = 0u; i < 4u; ++i) {
     // Where texel first + i lies, counted from the coarse texel `coarse`.
     uint at = first % 2u == 0u ? i + 2u : i + 1u;

@@ -242,7 +242,8 @@ BTFC_API btfc_result btfc_decode_rect(const btfc_texture* texture, btfc_scratch*
 /* ---- for a GPU: what the shaders of shaders/ read
  * --------------------------------------------------------------- */
 
-/* Parameters of a map: 4-byte scalars, laid out as <Model>Params of shaders/models/<model>.h. */
+/* Parameters of a map: 4-byte scalars, laid out as <Model>Params of shaders/models/<model>.h (car, gmrf,
+ * car3d: FieldParams of field.h). */
 BTFC_API size_t btfc_gpu_params_size(const btfc_texture* texture, uint32_t map);
 BTFC_API btfc_result btfc_gpu_write_params(const btfc_texture* texture, uint32_t map, void* params,
                                            size_t params_size);

@@ -2,96 +2,16 @@
 // table.
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cstring>
 #include <memory>
-#include <new>
-#include <optional>
 #include <vector>
 
-#include "btfc/btfc.h"
 #include "decoder/convert.h"
-#include "decoder/model_table.h"
-#include "format/container.h"
-
-struct btfc_reader {
-  btfc_source source{};
-  btfc::ByteView memory;  // used by btfc_reader_open_memory only
-  btfc::ByteSource bytes;
-  btfc::OpenedFile file;
-};
-
-struct btfc_texture {
-  btfc::LoadedItem item;
-  const btfc::DecoderModel* model = nullptr;
-  std::vector<std::uint64_t> tables;  // of the model's fast paths
-};
-
-struct btfc_scratch {
-  const btfc_texture* texture = nullptr;
-  std::shared_ptr<void> cache;  // of models that keep one
-};
+#include "decoder/handles.h"
 
 namespace {
 
 using namespace btfc;
-
-btfc_result result_of(Status status) {
-  switch (status) {
-    case Status::ok:
-      return BTFC_OK;
-    case Status::bad_argument:
-      return BTFC_BAD_ARGUMENT;
-    case Status::io:
-      return BTFC_IO;
-    case Status::invalid_file:
-      return BTFC_INVALID_FILE;
-    case Status::out_of_memory:
-      return BTFC_OUT_OF_MEMORY;
-    case Status::limit:
-      return BTFC_LIMIT;
-    case Status::unsupported:
-      return BTFC_UNSUPPORTED;
-  }
-  return BTFC_INVALID_FILE;
-}
-
-btfc_result report(const Error& from, btfc_error* to) {
-  const btfc_result result = result_of(from.status);
-  if (to != nullptr) {
-    *to = {};
-    to->result = result;
-    to->offset = from.offset;
-    std::strncpy(to->rule, from.rule, sizeof to->rule - 1);
-    std::strncpy(to->message, from.message.c_str(), sizeof to->message - 1);
-  }
-  return result;
-}
-
-// Runs body(), which may throw bad_alloc, and turns that into a result.
-template <class Body>
-btfc_result guarded(btfc_error* error, const Body& body) {
-  if (error != nullptr) *error = {};
-  try {
-    return body();
-  } catch (const std::bad_alloc&) {
-    if (error != nullptr) {
-      error->result = BTFC_OUT_OF_MEMORY;
-      std::strncpy(error->message, "not enough memory", sizeof error->message - 1);
-    }
-    return BTFC_OUT_OF_MEMORY;
-  }
-}
-
-btfc_result bad(btfc_error* error, const char* message) {
-  assert(!"btfc: bad argument");
-  if (error != nullptr) {
-    *error = {};
-    error->result = BTFC_BAD_ARGUMENT;
-    std::strncpy(error->message, message, sizeof error->message - 1);
-  }
-  return BTFC_BAD_ARGUMENT;
-}
 
 ReadLimits limits_of(const btfc_options* options) {
   ReadLimits limits;
@@ -615,43 +535,4 @@ btfc_result btfc_decode_rect(const btfc_texture* texture, btfc_scratch* scratch,
     }
     return BTFC_OK;
   });
-}
-
-size_t btfc_gpu_params_size(const btfc_texture* texture, uint32_t map) {
-  return map < btfc_texture_maps(texture) ? 4 * texture->item.map_params[map].size() : 0;
-}
-
-btfc_result btfc_gpu_write_params(const btfc_texture* texture, uint32_t map, void* params,
-                                  size_t params_size) {
-  if (texture == nullptr || params == nullptr || map >= btfc_texture_maps(texture) ||
-      params_size < btfc_gpu_params_size(texture, map)) {
-    return bad(nullptr, "");
-  }
-  std::memcpy(params, texture->item.map_params[map].data(), btfc_gpu_params_size(texture, map));
-  return BTFC_OK;
-}
-
-size_t btfc_gpu_words_size(const btfc_texture* texture, uint32_t slot) {
-  return slot < BTFC_WORD_SLOTS ? 4 * texture->item.words[slot].size() : 0;
-}
-
-btfc_result btfc_gpu_write_words(const btfc_texture* texture, uint32_t slot, void* words, size_t words_size) {
-  if (texture == nullptr || slot >= BTFC_WORD_SLOTS || words_size < btfc_gpu_words_size(texture, slot))
-    return bad(nullptr, "");
-  if (btfc_gpu_words_size(texture, slot) == 0) return BTFC_OK;
-  if (words == nullptr) return bad(nullptr, "");
-  std::memcpy(words, texture->item.words[slot].data(), btfc_gpu_words_size(texture, slot));
-  return BTFC_OK;
-}
-
-uint32_t btfc_gpu_planes(const btfc_texture* texture) {
-  return static_cast<uint32_t>(texture->item.planes.size());
-}
-
-btfc_result btfc_gpu_plane_info(const btfc_texture* texture, uint32_t plane, btfc_plane_info* info_ret) {
-  if (texture == nullptr || info_ret == nullptr || plane >= btfc_gpu_planes(texture)) return bad(nullptr, "");
-  const Plane& p = texture->item.planes[plane];
-  *info_ret = {p.width, p.height,    p.channels, p.texel_bits, static_cast<btfc_sample>(p.type),
-               p.slot,  p.first_word};
-  return BTFC_OK;
 }

@@ -93,7 +93,8 @@ BTFC_FN BtfcCorners btfc_border_corners(BTFC_WORDS words, uint points, uint side
 // table: first word of a table in slot 0.
 BTFC_FN BtfcCorners btfc_corners(BTFC_WORDS words, uint table, BTFC_IN(vec3) direction) {
   vec2 p = btfc_project(direction);
-  uint count = btfc_word(words, 0u, table), triangles = btfc_word(words, 0u, table + 1u);
+  uint count = btfc_bound(btfc_word(words, 0u, table), 1024u);
+  uint triangles = btfc_bound(btfc_word(words, 0u, table + 1u), 2048u);
   uint points = table + BTFC_TABLE_HEADER;
   uint corners = points + 2u * count;
   uint sides = corners + 12u * count;
@@ -118,7 +119,8 @@ BTFC_FN BtfcCorners btfc_corners(BTFC_WORDS words, uint table, BTFC_IN(vec3) dir
       t = next;
     }
   }
-  return btfc_border_corners(words, points, sides, btfc_word(words, 0u, table + 2u), p);
+  uint border = btfc_bound(btfc_word(words, 0u, table + 2u), 2048u);
+  return btfc_border_corners(words, points, sides, border, p);
 }
 
 // The number of the pair that stands for (view, light). pairs: first word of the pair table, or BTFC_NONE.

@@ -1,8 +1,8 @@
 // Makes one text compile as GLSL 4.60 and as C++20: types, qualifiers, and how data is read.
 //
 // GLSL: the including shader defines, before any model header, `uint btfc_word(uint handle, uint slot, uint
-// index)`. C++: words come from a BtfcWords. Floating point is built with -ffp-contract=off, see
-// CMakeLists.txt.
+// index)` and `uint btfc_bound(uint value, uint most)`, as btfc.glsl does. C++: words come from a BtfcWords.
+// Floating point is built with -ffp-contract=off, see CMakeLists.txt.
 #ifndef BTFC_LANGUAGE_H
 #define BTFC_LANGUAGE_H
 
@@ -32,6 +32,8 @@ struct BtfcWords {
 };
 
 inline uint btfc_word(const BtfcWords& words, uint slot, uint index) { return words.slot[slot][index]; }
+// Where data that nobody checked may be read, bounds what a loop's end is taken from.
+inline uint btfc_bound(uint value, uint) { return value; }
 inline uint floatBitsToUint(float f) { return std::bit_cast<uint>(f); }
 inline float uintBitsToFloat(uint u) { return std::bit_cast<float>(u); }
 

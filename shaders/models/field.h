@@ -142,7 +142,7 @@ BTFC_FN float field_band(BTFC_WORDS words, BTFC_IN(FieldParams) p, uint subspace
     uint at = (y % side) * side + x % side;
     return uintBitsToFloat(btfc_word(words, 1u, first + (subspace * p.all_channels + factor) * stride + at));
   }
-  int margin = int(field_level(words, p, level, 0u));
+  int margin = int(btfc_bound(field_level(words, p, level, 0u), 255u));
   uint begin = p.kind == FIELD_CAR3D ? 0u : factor,
        end = p.kind == FIELD_CAR3D ? p.all_channels : factor + 1u;
   float sum = 0.0f;

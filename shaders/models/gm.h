@@ -350,10 +350,9 @@ BTFC_FN vec4 gm_undo_transform(BTFC_IN(vec4) value, uint transform) {
   return linear;
 }
 
-BTFC_FN vec4 gm_eval(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(BtfcQuery) query) {
+// At a place between texels, too: (x, y) in texels from the top left corner.
+BTFC_FN vec4 gm_eval_at(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(BtfcQuery) query, float x, float y) {
   GmState s = gm_begin(words, p, query);
-  float x = float(btfc_wrap(query.texel.x, p.width, p.wrap_u)) + 0.5f;
-  float y = float(btfc_wrap(query.texel.y, p.height, p.wrap_v)) + 0.5f;
   vec4 sum = vec4(0.0f);
   if (p.gates == 0u) {
     sum = gm_of_all(words, p, s, x, y);
@@ -361,6 +360,11 @@ BTFC_FN vec4 gm_eval(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(BtfcQuery) q
     sum = gm_of_best(words, p, s, x, y);
   }
   return gm_undo_transform(s.mean + sum, p.transform);
+}
+
+BTFC_FN vec4 gm_eval(BTFC_WORDS words, BTFC_IN(GmParams) p, BTFC_IN(BtfcQuery) query) {
+  return gm_eval_at(words, p, query, float(btfc_wrap(query.texel.x, p.width, p.wrap_u)) + 0.5f,
+                    float(btfc_wrap(query.texel.y, p.height, p.wrap_v)) + 0.5f);
 }
 
 BTFC_END

@@ -239,7 +239,11 @@ BTFC_API btfc_result btfc_decode_rect(const btfc_texture* texture, btfc_scratch*
                                       uint32_t height, btfc_sample sample, void* out, size_t row_stride,
                                       size_t out_size);
 
-/* ---- for a GPU: what the shaders of shaders/ read
+/* ---- for a GPU
+ *
+ * btfc owns no device, queue or allocation. An engine makes four storage buffers of the plan's sizes, uploads
+ * the words, runs the plan's passes where there are some, and then reads texels in any shader that includes
+ * shaders/btfc.glsl, or by the embedded entry points. spec/shaders.md is the page for engine programmers.
  * --------------------------------------------------------------- */
 
 /* Parameters of a map: 4-byte scalars, laid out as <Model>Params of shaders/models/<model>.h (car, gmrf,
@@ -265,6 +269,54 @@ typedef struct btfc_plane_info {
 BTFC_API uint32_t btfc_gpu_planes(const btfc_texture* texture);
 BTFC_API btfc_result btfc_gpu_plane_info(const btfc_texture* texture, uint32_t plane,
                                          btfc_plane_info* info_ret);
+
+/* Which texels of an unbounded texture are to be prepared: inside, a shader reads them from memory, outside,
+ * it computes each on its own, some thousand times slower. Of a texture with a period: any window stands for
+ * the whole period. Textures that are not unbounded ignore it. */
+typedef struct btfc_gpu_window {
+  int32_t x, y;           /* of level 0 */
+  uint32_t width, height; /* 0: nothing is prepared */
+} btfc_gpu_window;
+
+/* A compute dispatch. Bindings, set 0: 0 and 1 word arrays 0 and 1, 2 word array 2 (written), 3 the scratch
+ * buffer (written), 4 a uniform buffer with the parameters of map 0. */
+typedef struct btfc_gpu_pass {
+  const char* shader; /* of btfc_gpu_shader; entry point "main" */
+  uint32_t groups[3];
+  uint32_t push[16]; /* push constants, the first push_size bytes of them */
+  uint32_t push_size;
+} btfc_gpu_pass;
+
+/* Parameters of a map as a uniform buffer holds them, padded; word i may also be specialisation constant
+ * 16 + i of a pipeline that is made for one file. */
+typedef struct btfc_gpu_params {
+  uint32_t words[32];
+} btfc_gpu_params;
+
+typedef struct btfc_gpu_plan_info {
+  uint32_t model;                         /* specialisation constant 0 */
+  uint64_t words_size[BTFC_WORD_SLOTS];   /* of the storage buffers, bytes; at least 4, at most 2^27 */
+  uint64_t words_upload[BTFC_WORD_SLOTS]; /* of these, what btfc_gpu_write_words gives; the rest is made by
+                                             the passes */
+  uint64_t scratch_size;                  /* of a buffer that the passes alone need; 0: none */
+  const btfc_gpu_pass* passes;            /* in this order, a memory barrier between all of them and behind */
+  uint32_t pass_count;
+  const btfc_gpu_params* params; /* of each map */
+  uint32_t map_count;
+} btfc_gpu_plan_info;
+
+typedef struct btfc_gpu_plan btfc_gpu_plan;
+
+/* Sizes, uploads, passes and bindings for a texture. window may be NULL: nothing is prepared. BTFC_LIMIT
+ * where the prepared window would not fit into a buffer of 2^27 bytes. */
+BTFC_API btfc_result btfc_gpu_plan_new(const btfc_texture* texture, const btfc_gpu_window* window,
+                                       btfc_gpu_plan** plan_ret, btfc_error* error);
+BTFC_API const btfc_gpu_plan_info* btfc_gpu_plan_get(const btfc_gpu_plan* plan);
+BTFC_API void btfc_gpu_plan_free(btfc_gpu_plan* plan);
+
+/* SPIR-V 1.3 of an entry point of shaders/, such as "btfc_decode.comp": words, and their size in bytes. NULL
+ * where there is none of that name, or btfc was built without glslang. */
+BTFC_API const uint32_t* btfc_gpu_shader(const char* name, size_t* size_ret);
 
 #ifdef __cplusplus
 }

@@ -49,7 +49,8 @@ btfc_gpu_pass pass_of(const GpuPass& from) {
   return pass;
 }
 
-std::unique_ptr<OwnedPlan> plan_of(const LoadedItem& item, const GpuPrepare& prepare) {
+std::unique_ptr<OwnedPlan> plan_of(const LoadedItem& item, const GpuPrepare& prepare,
+                                   std::uint32_t fixed_params) {
   auto plan = std::make_unique<OwnedPlan>();
   btfc_gpu_plan_info& info = plan->info;
   info.model = static_cast<std::uint32_t>(item.head.model);
@@ -68,6 +69,7 @@ std::unique_ptr<OwnedPlan> plan_of(const LoadedItem& item, const GpuPrepare& pre
   info.pass_count = static_cast<std::uint32_t>(plan->passes.size());
   info.params = plan->params.data();
   info.map_count = static_cast<std::uint32_t>(plan->params.size());
+  info.fixed_params = fixed_params;
   return plan;
 }
 
@@ -132,7 +134,7 @@ btfc_result btfc_gpu_plan_new(const btfc_texture* texture, const btfc_gpu_window
       prepare = *std::move(made);
     }
     auto plan = std::make_unique<btfc_gpu_plan>();
-    plan->owned = plan_of(texture->item, prepare);
+    plan->owned = plan_of(texture->item, prepare, texture->model->fixed_params);
     *plan_ret = plan.release();
     return BTFC_OK;
   });

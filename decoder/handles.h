@@ -41,6 +41,7 @@ inline btfc_result result_of(Status status) {
     case Status::invalid_file:
       return BTFC_INVALID_FILE;
     case Status::out_of_memory:
+    case Status::failed:
       return BTFC_OUT_OF_MEMORY;
     case Status::limit:
       return BTFC_LIMIT;

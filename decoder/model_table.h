@@ -78,6 +78,8 @@ struct DecoderModel {
   Result<Done> (*select)(LoadedItem& item, std::uint32_t period, std::uint32_t options) = nullptr;
   // How a GPU prepares a window, or with a period the whole of it.
   Result<GpuPrepare> (*prepare)(const LoadedItem& item, const GpuWindow& window) = nullptr;
+  // So many words of the params are the same whatever the window.
+  std::uint32_t fixed_params = 32;
 };
 
 const DecoderModel& decoder_model(ModelId id);

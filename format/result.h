@@ -14,7 +14,8 @@ enum class Status {
   invalid_file,   // a rule of the spec is broken, or an input is not what its kind demands
   out_of_memory,  // an allocation failed
   limit,          // valid, but above a limit that the caller set
-  unsupported,    // valid as far as known, but needs a newer or fuller reader
+  unsupported,    // valid as far as known, but needs a newer or fuller reader, or another machine
+  failed,         // at run time, for a reason outside of what was asked
 };
 
 struct Error {

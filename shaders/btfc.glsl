@@ -171,22 +171,6 @@ BtfcExtent btfc_extent(uint handle) {
                     is_field || BTFC_MODEL == BTFC_MODEL_GM);
 }
 
-// Between the centres of four texels.
-vec4 btfc_interpolated(uint handle, BtfcQuery query, vec2 place) {
-  vec2 from = place - 0.5f;
-  vec2 first = floor(from);
-  vec2 part = from - first;
-  ivec2 texel = ivec2(btfc_place_texel(first.x), btfc_place_texel(first.y));
-  vec4 sum = vec4(0.0f);
-  for (int i = 0; i < 4; ++i) {
-    ivec2 step_i = ivec2(i & 1, i >> 1);
-    query.texel = texel + step_i;
-    sum += (step_i.x == 0 ? 1.0f - part.x : part.x) * (step_i.y == 0 ? 1.0f - part.y : part.y) *
-           btfc_eval(handle, query);
-  }
-  return sum;
-}
-
 // uv: 0 … 1 over the texture (of unbounded ones: over the analysed tile), v downwards; beyond, the file's wrap rule
 // applies. view, light: away from the surface, in its frame of tangent (u), bitangent (towards smaller v) and normal;
 // any length. footprint: texels that a pixel covers, along the longer way. Whatever the bits of the arguments, the
@@ -202,16 +186,20 @@ vec4 btfc_sample(uint handle, vec2 uv, vec3 view, vec3 light, float footprint) {
   // A mixture has a value between texels, too.
   if (BTFC_FILTER != 0u && BTFC_MODEL == BTFC_MODEL_GM)
     return btfc_settle_value(gm_eval_at(handle, gm_params(handle), query, place.x, place.y));
-  if (BTFC_FILTER != 0u && query.footprint < 2.0f) return btfc_interpolated(handle, query, place);
-  uint taps = extent.own_footprint ? 1u : min(uint(ceil(query.footprint)), BTFC_MOST_TAPS);
+  // Four texels by the place's distances from their centres, or a box of taps as large as the footprint.
+  bool between = BTFC_FILTER != 0u && query.footprint < 2.0f;
+  uint taps = between ? 2u : (extent.own_footprint ? 1u : min(uint(ceil(query.footprint)), BTFC_MOST_TAPS));
+  vec2 corner = place - 0.5f;
+  vec2 part = corner - floor(corner);
   vec4 sum = vec4(0.0f);
   for (uint i = 0u; i < taps * taps; ++i) {
-    vec2 tap = (vec2(i % taps, i / taps) + 0.5f) / float(taps) - 0.5f;
-    vec2 at = place + tap * query.footprint;
+    vec2 tap = vec2(i % taps, i / taps);
+    vec2 at = between ? floor(corner) + tap : place + ((tap + 0.5f) / float(taps) - 0.5f) * query.footprint;
     query.texel = ivec2(btfc_place_texel(at.x), btfc_place_texel(at.y));
-    sum += btfc_eval(handle, query);
+    vec2 weight = between ? abs(1.0f - tap - part) : vec2(1.0f / float(taps));
+    sum += weight.x * weight.y * btfc_eval(handle, query);
   }
-  return sum / float(taps * taps);
+  return sum;
 }
 
 #endif

@@ -61,47 +61,20 @@ layout(constant_id = 45) const uint BTFC_P29 = BTFC_UNSET;
 layout(constant_id = 46) const uint BTFC_P30 = BTFC_UNSET;
 layout(constant_id = 47) const uint BTFC_P31 = BTFC_UNSET;
 
-// Folds away: every index is a literal.
-uint btfc_baked(uint index) {
-  switch (index) {
-    case 0u: return BTFC_P0;
-    case 1u: return BTFC_P1;
-    case 2u: return BTFC_P2;
-    case 3u: return BTFC_P3;
-    case 4u: return BTFC_P4;
-    case 5u: return BTFC_P5;
-    case 6u: return BTFC_P6;
-    case 7u: return BTFC_P7;
-    case 8u: return BTFC_P8;
-    case 9u: return BTFC_P9;
-    case 10u: return BTFC_P10;
-    case 11u: return BTFC_P11;
-    case 12u: return BTFC_P12;
-    case 13u: return BTFC_P13;
-    case 14u: return BTFC_P14;
-    case 15u: return BTFC_P15;
-    case 16u: return BTFC_P16;
-    case 17u: return BTFC_P17;
-    case 18u: return BTFC_P18;
-    case 19u: return BTFC_P19;
-    case 20u: return BTFC_P20;
-    case 21u: return BTFC_P21;
-    case 22u: return BTFC_P22;
-    case 23u: return BTFC_P23;
-    case 24u: return BTFC_P24;
-    case 25u: return BTFC_P25;
-    case 26u: return BTFC_P26;
-    case 27u: return BTFC_P27;
-    case 28u: return BTFC_P28;
-    case 29u: return BTFC_P29;
-    case 30u: return BTFC_P30;
-    case 31u: return BTFC_P31;
-  }
-  return BTFC_UNSET;
-}
+const uvec4 BTFC_BAKED0 = uvec4(BTFC_P0, BTFC_P1, BTFC_P2, BTFC_P3);
+const uvec4 BTFC_BAKED1 = uvec4(BTFC_P4, BTFC_P5, BTFC_P6, BTFC_P7);
+const uvec4 BTFC_BAKED2 = uvec4(BTFC_P8, BTFC_P9, BTFC_P10, BTFC_P11);
+const uvec4 BTFC_BAKED3 = uvec4(BTFC_P12, BTFC_P13, BTFC_P14, BTFC_P15);
+const uvec4 BTFC_BAKED4 = uvec4(BTFC_P16, BTFC_P17, BTFC_P18, BTFC_P19);
+const uvec4 BTFC_BAKED5 = uvec4(BTFC_P20, BTFC_P21, BTFC_P22, BTFC_P23);
+const uvec4 BTFC_BAKED6 = uvec4(BTFC_P24, BTFC_P25, BTFC_P26, BTFC_P27);
+const uvec4 BTFC_BAKED7 = uvec4(BTFC_P28, BTFC_P29, BTFC_P30, BTFC_P31);
 
+// Folds away: every index is a literal.
 uint btfc_param(uint handle, uint index) {
-  uint baked = btfc_baked(index);
+  uvec4 low = index < 8u ? (index < 4u ? BTFC_BAKED0 : BTFC_BAKED1) : (index < 12u ? BTFC_BAKED2 : BTFC_BAKED3);
+  uvec4 high = index < 24u ? (index < 20u ? BTFC_BAKED4 : BTFC_BAKED5) : (index < 28u ? BTFC_BAKED6 : BTFC_BAKED7);
+  uint baked = (index < 16u ? low : high)[index & 3u];
   return baked != BTFC_UNSET ? baked : btfc_params[index >> 2u][index & 3u];
 }
 

@@ -11,7 +11,6 @@ layout(set = 0, binding = 5, rgba32ui) uniform readonly uimage2D queries;
 
 const uint DECODE_RECTANGLE = 0u;  // a rectangle, all under the same directions
 const uint DECODE_QUERIES = 1u;    // of the image: each its own
-const uint DECODE_SAMPLES = 2u;    // the same through btfc_sample: (u, v, free, footprint) in place of (x, y, …)
 
 layout(push_constant, std430) uniform Push {
   vec4 view;    // w: footprint
@@ -22,18 +21,28 @@ layout(push_constant, std430) uniform Push {
   uint source;
 } push;
 
+#ifdef DECODE_SAMPLES
+// Arguments of btfc_sample: (u, v, free, footprint) in place of (x, y, …).
 vec4 decode_value(uvec2 at) {
-  if (push.source == DECODE_RECTANGLE) {
-    ivec2 texel = ivec2(uvec2(push.origin) + at);  // wraps, as coordinates do
-    return btfc_eval(0u, BtfcQuery(texel, push.level, push.view.xyz, push.light.xyz, push.view.w));
-  }
   ivec2 first = ivec2(int(3u * at.x), int(at.y));
-  uvec4 place = imageLoad(queries, first);
+  vec4 place = uintBitsToFloat(imageLoad(queries, first));
   vec3 view = uintBitsToFloat(imageLoad(queries, first + ivec2(1, 0)).xyz);
   vec3 light = uintBitsToFloat(imageLoad(queries, first + ivec2(2, 0)).xyz);
-  float footprint = uintBitsToFloat(place.w);
-  if (push.source == DECODE_SAMPLES) return btfc_sample(0u, uintBitsToFloat(place.xy), view, light, footprint);
-  return btfc_eval(0u, BtfcQuery(ivec2(place.xy), place.z, view, light, footprint));
+  return btfc_sample(0u, place.xy, view, light, place.w);
 }
+#else
+vec4 decode_value(uvec2 at) {
+  ivec2 texel = ivec2(uvec2(push.origin) + at);  // wraps, as coordinates do
+  BtfcQuery query = BtfcQuery(texel, push.level, push.view.xyz, push.light.xyz, push.view.w);
+  if (push.source == DECODE_QUERIES) {
+    ivec2 first = ivec2(int(3u * at.x), int(at.y));
+    uvec4 place = imageLoad(queries, first);
+    vec3 view = uintBitsToFloat(imageLoad(queries, first + ivec2(1, 0)).xyz);
+    vec3 light = uintBitsToFloat(imageLoad(queries, first + ivec2(2, 0)).xyz);
+    query = BtfcQuery(ivec2(place.xy), place.z, view, light, uintBitsToFloat(place.w));
+  }
+  return btfc_eval(0u, query);
+}
+#endif
 
 #endif

@@ -26,6 +26,7 @@ int fail(const std::string& verb, const Error& error) {
     case Status::invalid_file:
       return kExitInvalid;
     case Status::out_of_memory:
+    case Status::failed:
       return kExitFailed;
     case Status::limit:
     case Status::unsupported:
@@ -119,6 +120,11 @@ Result<PackOptions> pack_options(const std::string& codec, std::optional<int> le
     return bad_argument("--level is for --codec zstd, raw does not compress");
   options.zstd_level = level.value_or(options.zstd_level);
   return options;
+}
+
+int validation_result(const std::string& verb, const std::vector<std::string>& messages) {
+  for (const std::string& message : messages) fmt::print(stderr, "btfc {}: validation: {}\n", verb, message);
+  return messages.empty() ? kExitOk : kExitFailed;
 }
 
 std::optional<std::uint64_t> parse_u64(const std::string& text) {

@@ -66,6 +66,9 @@ Result<Done> check_model_options(const ModelFormat& model, std::span<const Optio
 void add_pack_options(CLI::App& verb, std::string& codec, std::optional<int>& level);
 Result<PackOptions> pack_options(const std::string& codec, std::optional<int> level);
 
+// Of a run with the Vulkan validation layer: prints what it said, which makes the run a failed one.
+int validation_result(const std::string& verb, const std::vector<std::string>& messages);
+
 std::optional<std::uint64_t> parse_u64(const std::string& text);
 
 // A verb: adds its sub-command and, once parsed, runs.

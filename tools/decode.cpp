@@ -2,9 +2,11 @@
 // whole.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <memory>
 
+#include "decoder/convert.h"
 #include "encoder/image_file.h"
 #include "encoder/input/directory_files.h"
 #include "encoder/input/text_numbers.h"
@@ -18,12 +20,15 @@
 #include "tools/file_source.h"
 #include "tools/texture_dataset.h"
 #include "tools/texture_file.h"
+#include "tools/vulkan_decoder.h"
 
 namespace btfc {
 namespace {
 
 struct Arguments {
   std::string input, output, map, region, view, light, directions, scratch, size, origin, relief;
+  std::string device = "cpu";
+  bool validation = false;
   std::optional<std::uint32_t> levels;
   std::optional<float> footprint;
   std::uint32_t period = 0;
@@ -105,8 +110,97 @@ std::string output_path(const std::string& output, const char* map, bool several
   return output.substr(0, dot) + '-' + map + output.substr(dot);
 }
 
-Result<Done> write_map(const btfc_texture* texture, btfc_scratch* scratch, std::uint32_t map,
-                       const btfc_directions& directions, const Region& region, const std::string& path) {
+// Fills `count` rows from row y of the region with samples of a map's own type.
+using DecodeRows =
+    std::function<Result<Done>(std::uint32_t map, std::uint32_t y, std::uint32_t count, std::uint8_t* codes)>;
+
+DecodeRows rows_by_cpu(const btfc_texture* texture, btfc_scratch* scratch, const btfc_directions& directions,
+                       const Region& region) {
+  return [=](std::uint32_t map, std::uint32_t y, std::uint32_t count, std::uint8_t* codes) -> Result<Done> {
+    btfc_map_info info{};
+    btfc_texture_map_info(texture, map, &info);
+    const std::size_t row = std::size_t{region.width} * info.channels * bytes_of(info.sample);
+    const btfc_result result = btfc_decode_rect(texture, scratch, map, &directions, region.x,
+                                                region.y + static_cast<std::int32_t>(y), region.width, count,
+                                                info.sample, codes, row, count * row);
+    if (result != BTFC_OK) return Error{Status::out_of_memory, btfc_result_name(result), "", 0};
+    return Done{};
+  };
+}
+
+// The shaders' way: bands of blocks. Of an unbounded texture each block is prepared, the smaller the more
+// subspaces there are.
+class ShaderRows {
+ public:
+  ShaderRows(const btfc_texture* texture, VulkanDecoder decoder, const btfc_directions& directions,
+             const Region& region)
+      : texture_(texture), decoder_(std::move(decoder)), directions_(directions), region_(region) {}
+  const VulkanDecoder& decoder() const { return decoder_; }
+
+  Result<Done> rows(std::uint32_t map, std::uint32_t y, std::uint32_t count, std::uint8_t* codes) {
+    btfc_map_info info{};
+    btfc_texture_map_info(texture_, map, &info);
+    const std::size_t row = std::size_t{region_.width} * info.channels;
+    for (std::uint32_t r = 0; r < count; ++r) {
+      if (map != map_ || y + r < first_ || y + r >= end_) {
+        if (const auto done = fill(map, y + r, info.channels); !done) return done.error();
+      }
+      const float* from = band_.data() + (y + r - first_) * row;
+      for (std::size_t i = 0; i < row; ++i, codes += bytes_of(info.sample))
+        store_value(from[i], info.sample, codes);
+    }
+    return Done{};
+  }
+
+ private:
+  static std::int32_t at(std::int32_t origin, std::uint32_t offset) {
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(origin) + offset);
+  }
+
+  Result<Done> prepare(std::uint32_t x, std::uint32_t y) {
+    if (btfc_texture_unbounded(texture_) == 0) return Done{};
+    constexpr std::uint32_t kLeastBlock = 16;
+    for (;;) {
+      const Result<Done> done = decoder_.prepare({at(region_.x, x), at(region_.y, y), block_, block_});
+      if (done || done.error().status != Status::limit || block_ <= kLeastBlock) return done;
+      block_ /= 2;
+    }
+  }
+
+  // The band of rows from `first` on.
+  Result<Done> fill(std::uint32_t map, std::uint32_t first, std::uint32_t channels) {
+    if (const auto done = prepare(0, first); !done) return done.error();
+    map_ = map;
+    first_ = first;
+    end_ = std::min(first + block_, region_.height);
+    band_.resize(std::size_t{end_ - first_} * region_.width * channels);
+    for (std::uint32_t x = 0; x < region_.width; x += block_) {
+      const std::uint32_t width = std::min(block_, region_.width - x);
+      if (x > 0) {
+        if (const auto done = prepare(x, first); !done) return done.error();
+      }
+      const Result<std::vector<float>> values =
+          decoder_.rectangle(ShaderStage::compute, map, directions_, at(region_.x, x), at(region_.y, first),
+                             width, end_ - first_);
+      if (!values) return values.error();
+      for (std::size_t texel = 0; texel < values->size() / 4; ++texel) {
+        std::copy_n(&(*values)[4 * texel], channels,
+                    &band_[(texel / width * region_.width + x + texel % width) * channels]);
+      }
+    }
+    return Done{};
+  }
+
+  const btfc_texture* texture_;
+  VulkanDecoder decoder_;
+  btfc_directions directions_;
+  Region region_;
+  std::uint32_t block_ = 512, map_ = UINT32_MAX, first_ = 0, end_ = 0;
+  std::vector<float> band_;
+};
+
+Result<Done> write_map(const btfc_texture* texture, std::uint32_t map, const DecodeRows& rows,
+                       const Region& region, const std::string& path) {
   btfc_map_info info{};
   btfc_texture_map_info(texture, map, &info);
   ImageHeader header;
@@ -116,25 +210,19 @@ Result<Done> write_map(const btfc_texture* texture, btfc_scratch* scratch, std::
   header.type = static_cast<SampleType>(info.sample);
   header.colour_space = colour_space_of(info.colour_space).value_or(ColourSpace::unknown);
   header.alpha = static_cast<Alpha>(info.alpha);
-  const std::size_t row = std::size_t{region.width} * info.channels * (info.sample == BTFC_UNORM8 ? 1 : 2);
-  return write_image_rows(
-      path, header, [&](std::uint32_t y, std::uint32_t count, std::uint8_t* codes) -> Result<Done> {
-        const btfc_result result = btfc_decode_rect(texture, scratch, map, &directions, region.x,
-                                                    region.y + static_cast<std::int32_t>(y), region.width,
-                                                    count, info.sample, codes, row, count * row);
-        if (result != BTFC_OK) return Error{Status::out_of_memory, btfc_result_name(result), "", 0};
-        return Done{};
-      });
+  return write_image_rows(path, header, [&](std::uint32_t y, std::uint32_t count, std::uint8_t* codes) {
+    return rows(map, y, count, codes);
+  });
 }
 
 // All pairs of directions.
 int decode_all(const Arguments& a, const btfc_texture* texture) {
   const auto stop = [](const Error& e) { return fail("decode", e); };
   if (!a.map.empty() || !a.region.empty() || !a.view.empty() || !a.light.empty() || a.footprint ||
-      a.window()) {
+      a.window() || a.device != "cpu") {
     return stop(bad_argument(
         "--directions all decodes all there is, without --map, --region, --size, --origin, --view, --light, "
-        "--footprint"));
+        "--footprint, --device"));
   }
   Result<Done> done = Done{};
   Json json;
@@ -217,18 +305,32 @@ int run(const Arguments& a) {
   }
   const std::unique_ptr<btfc_scratch, decltype(&btfc_scratch_free)> scratch(btfc_scratch_new(texture->get()),
                                                                             btfc_scratch_free);
+  std::optional<ShaderRows> shader;
+  DecodeRows rows = rows_by_cpu(texture->get(), scratch.get(), directions, *region);
+  if (a.device == "vulkan") {
+    VulkanOptions options;
+    options.validation = a.validation;
+    Result<VulkanDecoder> opened = VulkanDecoder::open(texture->get(), options);
+    if (!opened) return stop(opened.error());
+    shader.emplace(texture->get(), std::move(*opened), directions, *region);
+    rows = [&](std::uint32_t map, std::uint32_t y, std::uint32_t count, std::uint8_t* codes) {
+      return shader->rows(map, y, count, codes);
+    };
+  }
   Json files = Json::array();
   for (std::uint32_t m = first; m < end; ++m) {
     btfc_map_info info{};
     btfc_texture_map_info(texture->get(), m, &info);
     const std::string path = output_path(a.output, info.name, end - first > 1);
-    if (const auto wrote = write_map(texture->get(), scratch.get(), m, directions, *region, path); !wrote)
+    if (const auto wrote = write_map(texture->get(), m, rows, *region, path); !wrote)
       return stop(wrote.error());
     files.push_back(
         {{"map", info.name}, {"output", path}, {"width", region->width}, {"height", region->height}});
   }
-  if (const auto wrote = a.report.write("", {{"files", files}}); !wrote) return stop(wrote.error());
-  return kExitOk;
+  Json json = {{"files", files}};
+  if (shader) json["device"] = shader->decoder().device_name();
+  if (const auto wrote = a.report.write("", json); !wrote) return stop(wrote.error());
+  return shader && a.validation ? validation_result("decode", shader->decoder().messages()) : kExitOk;
 }
 
 }  // namespace
@@ -271,6 +373,14 @@ Verb add_decode(CLI::App& app) {
       ->type_name("N");
   verb->add_option("--levels", a->levels, "only so many refinements after the coarsest level (default: all)")
       ->type_name("N");
+  verb->add_option(
+          "--device", a->device,
+          "cpu, or vulkan: the model's compute shader (default cpu); an unbounded texture's window is "
+          "prepared beforehand")
+      ->check(CLI::IsMember({"cpu", "vulkan"}))
+      ->type_name("cpu|vulkan");
+  verb->add_flag("--validation", a->validation,
+                 "of --device vulkan: with the Vulkan validation layer; what it says is a failure");
   verb->add_option("--scratch", a->scratch, "of --directions: where samples are kept meanwhile")
       ->type_name("DIR");
   verb->add_option("--threads", a->threads, "of --directions: threads (default: all)")

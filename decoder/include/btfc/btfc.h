@@ -303,6 +303,7 @@ typedef struct btfc_gpu_plan_info {
   uint32_t pass_count;
   const btfc_gpu_params* params; /* of each map */
   uint32_t map_count;
+  uint32_t fixed_params; /* so many of their words, the first, are the same whatever the window */
 } btfc_gpu_plan_info;
 
 typedef struct btfc_gpu_plan btfc_gpu_plan;

@@ -6,21 +6,12 @@
 #include "decoder/handles.h"
 #include "shaders/btfc_model_ids.h"
 #ifdef BTFC_HAS_SPIRV
-#include "btfc_embedded_spirv.h"
+#include "btfc_general_spirv.h"
 #endif
 
 namespace {
 
 using namespace btfc;
-
-#ifndef BTFC_HAS_SPIRV
-struct EmbeddedShader {
-  const char* name;
-  const std::uint32_t* words;
-  std::size_t size;
-};
-constexpr std::array<EmbeddedShader, 0> kEmbeddedShaders = {};
-#endif
 
 // What the pointers of a plan point to.
 struct OwnedPlan {
@@ -147,11 +138,14 @@ const btfc_gpu_plan_info* btfc_gpu_plan_get(const btfc_gpu_plan* plan) {
 void btfc_gpu_plan_free(btfc_gpu_plan* plan) { delete plan; }
 
 const uint32_t* btfc_gpu_shader(const char* name, size_t* size_ret) {
-  for (const EmbeddedShader& shader : kEmbeddedShaders) {
-    if (name == nullptr || std::strcmp(name, shader.name) != 0) continue;
+  if (size_ret != nullptr) *size_ret = 0;
+  if (name == nullptr) return nullptr;
+#ifdef BTFC_HAS_SPIRV
+  for (const auto& shader : btfc_general_spirv::kShaders) {
+    if (std::strcmp(name, shader.name) != 0) continue;
     if (size_ret != nullptr) *size_ret = shader.size;
     return shader.words;
   }
-  if (size_ret != nullptr) *size_ret = 0;
+#endif
   return nullptr;
 }

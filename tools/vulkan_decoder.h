@@ -16,6 +16,7 @@ struct VulkanOptions {
   bool robust = false;      // btfc.glsl's robust mode
   bool linear = false;      // interpolation between texels in samples
   bool baked = true;        // parameters as specialisation constants
+  bool general = false;     // the entry points for any model in place of those for one
   btfc_gpu_window window{};
 };
 

@@ -58,15 +58,6 @@ double median(std::vector<double> values) {
 
 }  // namespace
 
-Result<std::span<const std::uint32_t>> embedded_shader(const char* name) {
-  std::size_t size = 0;
-  const std::uint32_t* words = btfc_gpu_shader(name, &size);
-  if (words == nullptr) {
-    return unsupported("", 0, fmt::format("this btfc holds no shader '{}': built without glslang", name));
-  }
-  return std::span(words, size / sizeof(std::uint32_t));
-}
-
 namespace {
 
 using Plan = std::unique_ptr<btfc_gpu_plan, PlanFree>;
@@ -112,7 +103,7 @@ Result<Done> VulkanTexture::prepare(const btfc_gpu_window& window) {
   if (!plan) return plan.error();
   const btfc_gpu_plan_info& info = *btfc_gpu_plan_get(plan->get());
   for (std::uint32_t i = 0; i < info.pass_count; ++i) {
-    if (const auto found = embedded_shader(info.passes[i].shader); !found) return found.error();
+    if (const auto found = general_shader(info.passes[i].shader); !found) return found.error();
   }
   for (std::uint32_t slot = 0; slot < BTFC_WORD_SLOTS; ++slot) {
     if (info.words_size[slot] > words_[slot].size)
@@ -134,7 +125,7 @@ void VulkanTexture::run(std::span<const btfc_gpu_pass> passes, std::uint64_t scr
   for (const btfc_gpu_pass& pass : passes) {
     const auto [at, fresh] = passes_.try_emplace(pass.shader);
     if (fresh)
-      at->second = device_->make_compute(*embedded_shader(pass.shader), kTextureTypes, pass.push_size, {});
+      at->second = device_->make_compute(*general_shader(pass.shader), kTextureTypes, pass.push_size, {});
     if (sets.count(pass.shader) == 0) sets[pass.shader] = device_->make_set(at->second, bound);
   }
   // A submission each: a device that ends what takes too long measures these.
@@ -168,20 +159,25 @@ std::vector<GpuConstant> VulkanTexture::constants(std::uint32_t map) const {
   return out;
 }
 
-VulkanTexture::Decoding& VulkanTexture::decoding(ShaderStage stage, std::uint32_t map) {
-  const auto [at, fresh] = decodings_.try_emplace({stage, map});
+Result<std::span<const std::uint32_t>> VulkanTexture::shader(const std::string& entry) const {
+  return options_.general ? general_shader(entry) : model_shader(entry, model_);
+}
+
+VulkanTexture::Decoding& VulkanTexture::decoding(const std::string& entry, ShaderStage stage,
+                                                 std::uint32_t map) {
+  const auto [at, fresh] = decodings_.try_emplace({entry, stage, map});
   Decoding& d = at->second;
   if (!fresh) return d;
   if (stage == ShaderStage::compute) {
-    d.pipeline = device_->make_compute(*embedded_shader("btfc_decode.comp"),
+    d.pipeline = device_->make_compute(*shader(entry + ".comp"),
                                        types_with({Type::eStorageImage, Type::eStorageImage}),
                                        sizeof(DecodePush), constants(map));
     return d;
   }
   d.render_pass = device_->make_render_pass(kValues, vk::Format::eUndefined);
   VulkanDevice::Graphics graphics;
-  graphics.vertex = *embedded_shader("btfc_full.vert");
-  graphics.fragment = *embedded_shader("btfc_decode.frag");
+  graphics.vertex = *general_shader("btfc_full.vert");
+  graphics.fragment = *shader(entry + ".frag");
   const std::vector<Type> types = types_with({Type::eStorageImage});
   const std::vector<GpuConstant> special = constants(map);
   graphics.bindings = types;
@@ -202,10 +198,10 @@ const GpuImage& VulkanTexture::values_image(std::uint32_t width, std::uint32_t h
   return values_;
 }
 
-std::vector<float> VulkanTexture::decode(ShaderStage stage, std::uint32_t map, const DecodePush& push,
-                                         std::span<const std::uint32_t> queries) {
+std::vector<float> VulkanTexture::decode(const std::string& entry, ShaderStage stage, std::uint32_t map,
+                                         const DecodePush& push, std::span<const std::uint32_t> queries) {
   const std::uint32_t width = push.size[0], height = push.size[1];
-  Decoding& d = decoding(stage, map);
+  Decoding& d = decoding(entry, stage, map);
   const GpuImage& values = values_image(width, height);
   const std::uint32_t none[4] = {};
   const bool listed = !queries.empty();
@@ -275,7 +271,7 @@ ShaderRates VulkanTexture::rates(std::uint32_t map, const btfc_directions& direc
     std::vector<GpuConstant> special = constants(map);
     special.push_back({kFetchesConstant, i % 2});
     special.push_back({kTexelsConstant, i < 2 ? 1u : 8u});
-    pipelines[i] = device_->make_compute(*embedded_shader("btfc_bench.comp"), types, sizeof push, special);
+    pipelines[i] = device_->make_compute(*shader("btfc_bench.comp"), types, sizeof push, special);
     sets[i] = device_->make_set(pipelines[i], bound);
   }
   const auto once = [&](std::uint32_t i) {
@@ -309,9 +305,7 @@ VulkanDecoder::VulkanDecoder(VulkanDecoder&&) noexcept = default;
 VulkanDecoder::~VulkanDecoder() = default;
 
 Result<VulkanDecoder> VulkanDecoder::open(const btfc_texture* texture, const VulkanOptions& options) {
-  for (const char* name : {"btfc_decode.comp", "btfc_decode.frag", "btfc_full.vert"}) {
-    if (const auto found = embedded_shader(name); !found) return found.error();
-  }
+  if (const auto found = general_shader("btfc_full.vert"); !found) return found.error();
   Result<std::unique_ptr<VulkanDevice>> device = VulkanDevice::open({}, options.validation);
   if (!device) return device.error();
   return vulkan_call([&]() -> Result<VulkanDecoder> {
@@ -348,7 +342,7 @@ Result<std::vector<float>> VulkanDecoder::rectangle(ShaderStage stage, std::uint
         push.origin[1] = static_cast<std::int32_t>(static_cast<std::uint32_t>(y) + top);
         push.size[0] = std::min(kBlock, width - left);
         push.size[1] = std::min(kBlock, height - top);
-        const std::vector<float> block = texture_->decode(stage, map, push, {});
+        const std::vector<float> block = texture_->decode("btfc_decode", stage, map, push, {});
         for (std::uint32_t row = 0; row < push.size[1]; ++row) {
           std::copy_n(block.begin() + std::ptrdiff_t{4} * row * push.size[0], std::size_t{4} * push.size[0],
                       out.begin() + 4 * (static_cast<std::ptrdiff_t>(top + row) * width + left));
@@ -400,7 +394,7 @@ Result<std::vector<float>> VulkanDecoder::queries(ShaderStage stage, std::uint32
     write_three(q.light, to + 8);
   });
   return vulkan_call([&]() -> Result<std::vector<float>> {
-    std::vector<float> values = texture_->decode(stage, map, push, words);
+    std::vector<float> values = texture_->decode("btfc_decode", stage, map, push, words);
     values.resize(4 * queries.size());
     return values;
   });
@@ -409,7 +403,7 @@ Result<std::vector<float>> VulkanDecoder::queries(ShaderStage stage, std::uint32
 Result<std::vector<float>> VulkanDecoder::samples(ShaderStage stage, std::uint32_t map,
                                                   std::span<const ShaderSample> samples) {
   if (samples.empty()) return std::vector<float>();
-  const DecodePush push = push_for(samples.size(), 2);
+  const DecodePush push = push_for(samples.size(), 0);
   const auto words = query_words(samples, push, [](const ShaderSample& s, std::uint32_t* to) {
     to[0] = std::bit_cast<std::uint32_t>(s.uv[0]);
     to[1] = std::bit_cast<std::uint32_t>(s.uv[1]);
@@ -418,7 +412,7 @@ Result<std::vector<float>> VulkanDecoder::samples(ShaderStage stage, std::uint32
     write_three(s.light, to + 8);
   });
   return vulkan_call([&]() -> Result<std::vector<float>> {
-    std::vector<float> values = texture_->decode(stage, map, push, words);
+    std::vector<float> values = texture_->decode("btfc_sample", stage, map, push, words);
     values.resize(4 * samples.size());
     return values;
   });
@@ -427,7 +421,6 @@ Result<std::vector<float>> VulkanDecoder::samples(ShaderStage stage, std::uint32
 Result<ShaderRates> VulkanDecoder::rates(std::uint32_t map, const btfc_directions& directions,
                                          std::uint32_t width, std::uint32_t height,
                                          std::span<const std::byte> rgba8, double seconds) {
-  if (const auto found = embedded_shader("btfc_bench.comp"); !found) return found.error();
   return vulkan_call([&]() -> Result<ShaderRates> {
     return texture_->rates(map, directions, width, height, rgba8, seconds);
   });

@@ -5,11 +5,13 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "btfc/btfc.h"
 #include "tools/vulkan_decoder.h"
 #include "tools/vulkan_device.h"
+#include "tools/vulkan_shaders.h"
 
 namespace btfc {
 
@@ -36,9 +38,13 @@ class VulkanTexture {
   std::vector<GpuBinding> bindings(std::uint32_t map) const;
   std::vector<GpuConstant> constants(std::uint32_t map) const;
 
+  // Of the entry point for this texture's model.
+  Result<std::span<const std::uint32_t>> shader(const std::string& entry) const;
+
   // width x height values; queries: three texels of four words for each, or empty.
-  std::vector<float> decode(ShaderStage stage, std::uint32_t map, const DecodePush& push,
-                            std::span<const std::uint32_t> queries);
+  // entry: btfc_decode or btfc_sample.
+  std::vector<float> decode(const std::string& entry, ShaderStage stage, std::uint32_t map,
+                            const DecodePush& push, std::span<const std::uint32_t> queries);
   ShaderRates rates(std::uint32_t map, const btfc_directions& directions, std::uint32_t width,
                     std::uint32_t height, std::span<const std::byte> rgba8, double seconds);
 
@@ -48,7 +54,7 @@ class VulkanTexture {
     GpuPipeline pipeline;
     vk::raii::RenderPass render_pass = nullptr;
   };
-  Decoding& decoding(ShaderStage stage, std::uint32_t map);
+  Decoding& decoding(const std::string& entry, ShaderStage stage, std::uint32_t map);
   void run(std::span<const btfc_gpu_pass> passes, std::uint64_t scratch_size);
   void write_params(const btfc_gpu_plan_info& plan);
   const GpuImage& values_image(std::uint32_t width, std::uint32_t height);
@@ -62,11 +68,8 @@ class VulkanTexture {
   GpuBuffer uniforms_, scratch_;
   std::uint64_t uniform_stride_ = 256;
   GpuImage values_, no_queries_;
-  std::map<std::pair<ShaderStage, std::uint32_t>, Decoding> decodings_;
+  std::map<std::tuple<std::string, ShaderStage, std::uint32_t>, Decoding> decodings_;
   std::map<std::string, GpuPipeline> passes_;
 };
-
-// SPIR-V that the decoder library holds; an error where it was built without glslang.
-Result<std::span<const std::uint32_t>> embedded_shader(const char* name);
 
 }  // namespace btfc

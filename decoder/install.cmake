@@ -25,7 +25,7 @@ target_include_directories(btfc_shaders INTERFACE $<INSTALL_INTERFACE:${BTFC_SHA
 install(TARGETS btfc btfc_shaders EXPORT btfcTargets)
 install(DIRECTORY include/btfc DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/shaders/ DESTINATION ${BTFC_SHADER_DIR}
-  FILES_MATCHING PATTERN "*.h" PATTERN "*.comp")
+  FILES_MATCHING PATTERN "*.h" PATTERN "*.glsl" PATTERN "*.comp")
 # Only there if glslang was found when btfc was built.
 install(DIRECTORY ${PROJECT_BINARY_DIR}/shaders/ DESTINATION ${BTFC_SHADER_DIR} FILES_MATCHING PATTERN "*.spv"
   PATTERN CMakeFiles EXCLUDE)

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "decoder/field_plan.h"
 #include "decoder/field_values.h"
 #include "decoder/gm_values.h"
 #include "decoder/patch_rows.h"
@@ -70,6 +71,7 @@ constexpr DecoderModel field_row(ModelId id) {
   row.make_cache = field_make_cache;
   row.decode_cached = field_decode_cached;
   row.select = field_select;
+  row.prepare = field_prepare;
   return row;
 }
 

@@ -1,5 +1,6 @@
 // What the decoder knows of each model: how to answer a query on the CPU.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -12,6 +13,27 @@
 #include "shaders/btfc_query.h"
 
 namespace btfc {
+
+// A window of an unbounded texture, texels of level 0; 0 x 0: none.
+struct GpuWindow {
+  std::int32_t x = 0, y = 0;
+  std::uint32_t width = 0, height = 0;
+};
+
+// A dispatch of an entry point of shaders/.
+struct GpuPass {
+  const char* shader;
+  std::array<std::uint32_t, 3> groups;
+  std::vector<std::uint32_t> push;
+};
+
+// What a GPU makes of an item before it is read: passes in order, a memory barrier between all of them.
+struct GpuPrepare {
+  std::vector<std::vector<std::uint32_t>> map_params;  // in place of the item's
+  std::uint64_t made_words[kWordSlots] = {};           // words of slots that passes fill
+  std::uint64_t scratch_bytes = 0;
+  std::vector<GpuPass> passes;
+};
 
 struct DecoderModel {
   ModelId id;
@@ -54,6 +76,8 @@ struct DecoderModel {
                         std::uint32_t width, std::uint32_t height, void* cache, float* out) = nullptr;
   // A period in texels (0: none) and options of the relief, for a freshly loaded item.
   Result<Done> (*select)(LoadedItem& item, std::uint32_t period, std::uint32_t options) = nullptr;
+  // How a GPU prepares a window, or with a period the whole of it.
+  Result<GpuPrepare> (*prepare)(const LoadedItem& item, const GpuWindow& window) = nullptr;
 };
 
 const DecoderModel& decoder_model(ModelId id);

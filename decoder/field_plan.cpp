@@ -16,6 +16,9 @@ namespace {
 
 constexpr std::uint64_t kMostGroups = 65535;  // an axis of a dispatch, Vulkan's guaranteed minimum
 constexpr std::uint32_t kCollapseSide = 8;    // texels a workgroup of btfc_field_collapse.comp
+// Iterations of all loops of an invocation together. Mesa's llvmpipe silently leaves loops after 65535; and
+// no dispatch takes long, which watchdogs would not suffer.
+constexpr std::uint64_t kMostIterations = 50000;
 // Floats of a batch of subspaces that are made here at once.
 constexpr std::size_t kBatchFloats = std::size_t{1} << 22;
 
@@ -38,6 +41,18 @@ CheckedSize atlas_bytes(const FieldParams& p) {
   return bytes;
 }
 
+// Steps of the recursion that an invocation may take in one dispatch.
+std::uint32_t steps_at_once(const BtfcWords& words, const FieldParams& p, std::uint32_t level) {
+  const std::uint64_t factors = field_unit_factors(p);
+  const std::uint32_t masks = field_level(words, p, level, 3);
+  std::uint64_t neighbours = 0;
+  for (std::uint32_t f = 0; f < p.all_channels / factors; ++f)
+    neighbours = std::max<std::uint64_t>(neighbours, field_mask_size(words, masks + 2 * f));
+  // Of a step: over factors, their noises, the mask's words, neighbours, and factors of neighbours.
+  const std::uint64_t iterations = 4 + factors * (8 + factors + neighbours * (2 + factors));
+  return static_cast<std::uint32_t>(std::max<std::uint64_t>(1, kMostIterations / iterations));
+}
+
 // Units of a level in dispatches of as many as scratch and grids allow.
 void append_level(const BtfcWords& words, const FieldParams& p, std::uint32_t level, GpuPrepare& plan) {
   const FieldAtlasLevel a = field_atlas_level(p, level);
@@ -47,17 +62,23 @@ void append_level(const BtfcWords& words, const FieldParams& p, std::uint32_t le
   std::uint64_t most = kMostGroups / factors;
   if (unit_words > 0)
     most = std::min<std::uint64_t>(most, kFieldMostScratchBytes / sizeof(float) / unit_words);
+  // The first unit is as large as any.
+  const bool recursion = unit_words > 0;
+  const std::uint32_t steps = recursion ? field_walk_steps(field_unit(words, p, a, level, 0)) : 0;
+  const std::uint32_t most_steps = recursion ? steps_at_once(words, p, level) : 1;
   for (std::uint64_t first = 0; first < units; first += most) {
     const auto count = static_cast<std::uint32_t>(std::min(most, units - first));
-    const std::vector<std::uint32_t> push = {level, static_cast<std::uint32_t>(first)};
-    if (unit_words > 0) {
-      plan.scratch_bytes = std::max(plan.scratch_bytes, count * unit_words * sizeof(float));
-      plan.passes.push_back({"btfc_field_recursion.comp", {count, 1, 1}, push});
+    const auto unit = static_cast<std::uint32_t>(first);
+    plan.scratch_bytes = std::max(plan.scratch_bytes, count * unit_words * sizeof(float));
+    for (std::uint32_t step = 0; step < steps; step += most_steps) {
+      plan.passes.push_back({"btfc_field_recursion.comp",
+                             {count, 1, 1},
+                             {level, unit, step, std::min(most_steps, steps - step)}});
     }
     const auto groups = [](std::uint32_t texels) { return (texels + kCollapseSide - 1) / kCollapseSide; };
     plan.passes.push_back({"btfc_field_collapse.comp",
                            {groups(t.width), groups(t.height), count * static_cast<std::uint32_t>(factors)},
-                           push});
+                           {level, unit, 0, 0}});
   }
 }
 

@@ -10,8 +10,8 @@ layout(std430, set = 0, binding = 2) buffer Atlas { float atlas[]; };
 layout(std430, set = 0, binding = 3) coherent buffer Scratch { float scratch[]; };
 layout(std140, set = 0, binding = 4) uniform Params { uvec4 params[8]; };
 
-// unit: the first one of this dispatch, whose scratch begins at word 0.
-layout(push_constant, std430) uniform Push { uint level, unit; } push;
+// unit: the first one of this dispatch, whose scratch begins at word 0. first_step, steps: of the recursion.
+layout(push_constant, std430) uniform Push { uint level, unit, first_step, steps; } push;
 
 // The passes read slots 0 and 1 alone.
 uint btfc_word(uint handle, uint slot, uint index) { return slot == 0u ? words0[index] : words1[index]; }

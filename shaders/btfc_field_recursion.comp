@@ -1,5 +1,5 @@
-// Compute entry point, a prepare pass of models car and car3d: a workgroup runs the recursion of one unit, its
-// invocations rows in a wavefront, into the scratch.
+// Compute entry point, a prepare pass of models car and car3d: a workgroup runs some steps of the recursion of
+// one unit, its invocations rows in a wavefront, into the scratch.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -13,9 +13,8 @@ void main() {
   FieldUnit u = field_unit(0u, p, a, push.level, push.unit + gl_WorkGroupID.x);
   uint first = gl_WorkGroupID.x * field_unit_words(0u, p, a, push.level);
   FieldRun run = field_run(0u, p, a, u, push.level, first);
-  FieldWalk walk = field_walk_begin(u, gl_LocalInvocationID.x);
-  uint steps = field_walk_steps(u);
-  for (uint step = 0u; step < steps; ++step) {
+  FieldWalk walk = field_walk_begin(u, gl_LocalInvocationID.x, push.first_step);
+  for (uint step = 0u; step < push.steps; ++step) {
     if (field_walk_inside(u, walk)) field_recursion(0u, 0u, p, u, run, uint(walk.x), walk.y);
     field_walk_on(walk);
     memoryBarrierBuffer();

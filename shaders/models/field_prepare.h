@@ -201,18 +201,24 @@ BTFC_FN void field_recursion(BTFC_WORDS words, FIELD_MEMORY memory, BTFC_IN(Fiel
   }
 }
 
-// Where an invocation is: it walks along its row, and then along the row FIELD_LANES farther down. Columns
-// outside the unit are waited through: as many that the row above, another invocation's or its own, is ahead.
+// Where an invocation is at a step: it walks along its row, and then along the row FIELD_LANES farther down.
+// Columns outside the unit are waited through: as many that the row above, another invocation's or its own,
+// is ahead. All have to see the texels of a step before the next one.
 struct FieldWalk {
   int x;
   uint y, pitch;
 };
 
-BTFC_FN FieldWalk field_walk_begin(BTFC_IN(FieldUnit) u, uint lane) {
+BTFC_FN uint field_walk_pitch(BTFC_IN(FieldUnit) u) { return max(u.columns, uint(FIELD_LAG) * FIELD_LANES); }
+
+BTFC_FN FieldWalk field_walk_begin(BTFC_IN(FieldUnit) u, uint lane, uint step) {
   FieldWalk walk;
-  walk.x = -FIELD_LAG * int(lane);
+  walk.pitch = field_walk_pitch(u);
+  walk.x = int(step) - FIELD_LAG * int(lane);
   walk.y = lane;
-  walk.pitch = max(u.columns, uint(FIELD_LAG) * FIELD_LANES);
+  if (walk.x < 0) return walk;
+  walk.y += uint(walk.x) / walk.pitch * FIELD_LANES;
+  walk.x = int(uint(walk.x) % walk.pitch);
   return walk;
 }
 BTFC_FN bool field_walk_inside(BTFC_IN(FieldUnit) u, BTFC_IN(FieldWalk) walk) {
@@ -224,11 +230,10 @@ BTFC_FN void field_walk_on(BTFC_INOUT(FieldWalk) walk) {
   walk.x = 0;
   walk.y += FIELD_LANES;
 }
-// Steps until all invocations are through; all have to see the texels of a step before the next one.
+// Steps until all invocations are through.
 BTFC_FN uint field_walk_steps(BTFC_IN(FieldUnit) u) {
   uint rounds = (u.rows + FIELD_LANES - 1u) / FIELD_LANES;
-  return (rounds - 1u) * max(u.columns, uint(FIELD_LAG) * FIELD_LANES) + u.columns +
-         uint(FIELD_LAG) * (FIELD_LANES - 1u);
+  return (rounds - 1u) * field_walk_pitch(u) + u.columns + uint(FIELD_LAG) * (FIELD_LANES - 1u);
 }
 
 // ---- the collapse

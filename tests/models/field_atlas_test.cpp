@@ -66,14 +66,15 @@ std::uint32_t mixed(std::uint32_t i) { return i * 0x9e3779b9u >> 7; }
 
 // A workgroup of btfc_field_recursion.comp. The order within a step must not matter: it changes.
 void recursion_group(const BtfcWords& words, const FieldMemory& memory, const FieldParams& p,
-                     std::uint32_t level, std::uint32_t unit, std::uint32_t group) {
+                     const std::vector<std::uint32_t>& push, std::uint32_t group) {
+  const std::uint32_t level = push[0], first_step = push[2], end = first_step + push[3];
   const FieldAtlasLevel a = field_atlas_level(p, level);
-  const FieldUnit u = field_unit(words, p, a, level, unit + group);
+  const FieldUnit u = field_unit(words, p, a, level, push[1] + group);
   const FieldRun run = field_run(words, p, a, u, level, group * field_unit_words(words, p, a, level));
   std::vector<FieldWalk> walks;
-  for (std::uint32_t lane = 0; lane < FIELD_LANES; ++lane) walks.push_back(field_walk_begin(u, lane));
-  const std::uint32_t steps = field_walk_steps(u);
-  for (std::uint32_t step = 0; step < steps; ++step) {
+  for (std::uint32_t lane = 0; lane < FIELD_LANES; ++lane)
+    walks.push_back(field_walk_begin(u, lane, first_step));
+  for (std::uint32_t step = first_step; step < end; ++step) {
     for (std::uint32_t i = 0; i < FIELD_LANES; ++i) {
       FieldWalk& walk = walks[i ^ (mixed(step) % FIELD_LANES)];
       if (field_walk_inside(u, walk))
@@ -103,18 +104,17 @@ std::vector<std::uint32_t> run_passes(const Prepared& from) {
   const BtfcWords words = words_of(from.item);
   const FieldMemory memory{scratch.data(), atlas.data()};
   for (const GpuPass& pass : from.plan.passes) {
-    EXPECT_EQ(pass.push.size(), 2u);
-    const std::uint32_t level = pass.push[0], unit = pass.push[1];
+    EXPECT_EQ(pass.push.size(), 4u);
     const bool recursion = std::strcmp(pass.shader, "btfc_field_recursion.comp") == 0;
     EXPECT_TRUE(recursion || std::strcmp(pass.shader, "btfc_field_collapse.comp") == 0) << pass.shader;
     for (const std::uint32_t groups : pass.groups) EXPECT_TRUE(groups > 0 && groups <= 65535) << groups;
-    if (recursion) std::fill(scratch.begin(), scratch.end(), kNone);
+    if (recursion && pass.push[2] == 0) std::fill(scratch.begin(), scratch.end(), kNone);
     for (std::uint32_t i = 0, count = pass.groups[0] * pass.groups[1] * pass.groups[2]; i < count; ++i) {
       if (recursion) {
-        recursion_group(words, memory, from.p, level, unit, i);
+        recursion_group(words, memory, from.p, pass.push, i);
       } else {
         collapse_group(
-            words, memory, from.p, level, unit,
+            words, memory, from.p, pass.push[0], pass.push[1],
             {i % pass.groups[0], i / pass.groups[0] % pass.groups[1], i / pass.groups[0] / pass.groups[1]});
       }
     }
@@ -143,7 +143,6 @@ TEST(FieldAtlas, PassesMakeTheCpusAtlasBitForBit) {
          {Case{{5, -3, 1, 1}, 0}, Case{{-20, -33, 40, 50}, 0}, Case{{kHigh - 12, kLow, 31, 10}, 0},
           Case{{kLow, kHigh, 3, 3}, 0}, Case{{-5, 1000, 643, 7}, 0}, Case{{0, 0, 3, 330}, 0},
           Case{{0, 0, 9, 9}, 16}, Case{{7, 7, 1, 1}, 48}, Case{{0, 0, 1, 1}, 336}}) {
-      if (c.period > 100 && model == ModelId::car3d) continue;  // slow
       const Prepared from = prepared(item, c.window, c.period);
       const std::vector<std::uint32_t> cpu = field_atlas(from.item, from.p);
       ASSERT_EQ(cpu.size(), from.plan.made_words[2]);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "decoder/field_plan.h"
 #include "decoder/field_values.h"
 #include "decoder/gm_values.h"
 #include "decoder/patch_rows.h"
@@ -23,6 +24,7 @@ namespace {
 
 template <class Params, vec4 (*eval)(const BtfcWords&, const Params&, const BtfcQuery&)>
 vec4 eval_cpu(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query) {
+  static_assert(sizeof(Params) <= 128);  // the uniform buffer of a map's parameters
   return eval(words_of(item), params_of<Params>(item, map), query);
 }
 
@@ -70,6 +72,8 @@ constexpr DecoderModel field_row(ModelId id) {
   row.make_cache = field_make_cache;
   row.decode_cached = field_decode_cached;
   row.select = field_select;
+  row.prepare = field_prepare;
+  row.fixed_params = offsetof(FieldParams, atlas_x) / sizeof(uint);
   return row;
 }
 

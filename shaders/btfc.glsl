@@ -120,7 +120,7 @@ LpcaParams lpca_params(uint handle) {
   return p;
 }
 FieldParams field_params(uint handle) {
-  FieldParams p = FieldParams(BTFC_P16(0u), BTFC_P4(16u), BTFC_P(20u), BTFC_P(21u), BTFC_P(22u));
+  FieldParams p = FieldParams(BTFC_P16(0u), BTFC_P4(16u), BTFC_P4(20u), BTFC_P(24u), BTFC_P(25u), BTFC_P(26u));
   if (BTFC_ROBUST != 0u) {
     p.channels = min(p.channels, 4u);
     p.all_channels = clamp(p.all_channels, 1u, FIELD_MOST_FACTORS);

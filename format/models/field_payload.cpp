@@ -324,7 +324,11 @@ Result<LoadedItem> field_load(const Head& head, ByteView raw, const ChunkReader&
                        s.seed,
                        0,
                        0,
-                       least};
+                       least,
+                       0,
+                       0,
+                       0,
+                       0};
   });
   return item;
 }

@@ -40,6 +40,9 @@ struct FieldParams {
   uint level_word;              // records of levels
   uint seed, period;            // period in texels, 0: none but 2^32
   uint options, least_level;    // levels finer than least_level are not loaded
+  // The window of texels, of level 0, whose collapsed levels lie in slot 2; a width of 0: none do. With a
+  // period it is the whole of it.
+  uint atlas_x, atlas_y, atlas_width, atlas_height;
 };
 
 // ---- noise
@@ -189,7 +192,69 @@ BTFC_FN FieldAt field_at(BTFC_IN(FieldParams) p, BTFC_IN(BtfcQuery) query) {
   return at;
 }
 
-// The collapsed pyramid's value (paper eqs 3 and 5 undone).
+// ---- the prepared atlas: what the pyramid collapses to, level by level over a window, in slot 2
+
+// How many texels of every level lie around the window. From two texels beyond it expanding reaches no
+// farther than two texels of the coarser level beyond it.
+const uint FIELD_ATLAS_APRON = 2u;
+
+// A level's part: the place of its first texel, its size, and its first word. It holds a plane a subspace and
+// factor, rows from the top.
+struct FieldAtlasLevel {
+  uint x, y, width, height, first;
+};
+
+// First place and count of texels along an axis.
+BTFC_FN uvec2 field_atlas_axis(uint at, uint size, uint level, uint period) {
+  if (period != 0u) return uvec2(0u, period >> level);
+  uint inner = at & ((1u << level) - 1u);
+  return uvec2(field_place((at >> level) - FIELD_ATLAS_APRON, level, 0u),
+               ((inner + size - 1u) >> level) + 1u + 2u * FIELD_ATLAS_APRON);
+}
+
+// Levels lie in the order of their numbers: the first word of level `levels` is how many there are.
+BTFC_FN FieldAtlasLevel field_atlas_level(BTFC_IN(FieldParams) p, uint level) {
+  FieldAtlasLevel a;
+  a.x = a.y = a.width = a.height = a.first = 0u;
+  for (uint l = p.least_level; l <= level; ++l) {
+    uvec2 x = field_atlas_axis(p.atlas_x, p.atlas_width, l, p.period);
+    uvec2 y = field_atlas_axis(p.atlas_y, p.atlas_height, l, p.period);
+    if (l > p.least_level) a.first += p.clusters * p.all_channels * a.width * a.height;
+    a.x = x.x;
+    a.y = y.x;
+    a.width = x.y;
+    a.height = y.y;
+  }
+  return a;
+}
+
+// Whether all texels that have a weight lie in `count` places from `first` on.
+BTFC_FN bool field_atlas_covers(BTFC_IN(FieldWeights) w, uint first, uint count, uint level, uint period) {
+  if (period != 0u) return true;
+  for (uint i = 0u; i < 4u; ++i) {
+    if (w.weight[i] != 0.0f && field_place(w.first + i - first, level, 0u) >= count) return false;
+  }
+  return true;
+}
+
+// The weighted sum of a plane's texels. Coarser levels are in them already.
+BTFC_FN float field_atlas_value(BTFC_WORDS words, BTFC_IN(FieldParams) p, BTFC_IN(FieldAtlasLevel) a,
+                                uint plane, uint level, BTFC_IN(FieldWeights) wx, BTFC_IN(FieldWeights) wy) {
+  float sum = 0.0f;
+  for (uint j = 0u; j < 4u; ++j) {
+    for (uint i = 0u; i < 4u; ++i) {
+      float w = wx.weight[i] * wy.weight[j];
+      if (w == 0.0f) continue;
+      uint x = field_place(wx.first + i - a.x, level, p.period);
+      uint y = field_place(wy.first + j - a.y, level, p.period);
+      sum += w * uintBitsToFloat(btfc_word(words, 2u, a.first + (plane * a.height + y) * a.width + x));
+    }
+  }
+  return sum;
+}
+
+// The collapsed pyramid's value (paper eqs 3 and 5 undone): from the atlas where it reaches, or level by
+// level.
 BTFC_FN float field_value(BTFC_WORDS words, BTFC_IN(FieldParams) p, uint subspace, uint factor,
                           BTFC_IN(FieldAt) at) {
   FieldWeights wx, wy;
@@ -203,6 +268,12 @@ BTFC_FN float field_value(BTFC_WORDS words, BTFC_IN(FieldParams) p, uint subspac
       field_coarser(level - 1u, p.period, wy);
     }
     if (level < at.smoothest) continue;
+    if (level == at.smoothest && p.atlas_width != 0u) {
+      FieldAtlasLevel a = field_atlas_level(p, level);
+      if (field_atlas_covers(wx, a.x, a.width, level, p.period) &&
+          field_atlas_covers(wy, a.y, a.height, level, p.period))
+        return field_atlas_value(words, p, a, subspace * p.all_channels + factor, level, wx, wy);
+    }
     for (uint j = 0u; j < 4u; ++j) {
       for (uint i = 0u; i < 4u; ++i) {
         float w = wx.weight[i] * wy.weight[j];

@@ -16,11 +16,12 @@ layout(push_constant, std430) uniform Push {
   vec4 view;  // w: footprint
   vec4 light;
   uvec2 size;
+  uvec2 texture_size;  // of a texture that ends: repeated over the image
 } push;
 
 vec4 bench_texel(uvec2 at) {
   if (BENCH_FETCHES != 0u) return texelFetch(image, ivec2(at), 0);
-  return btfc_eval(0u, BtfcQuery(ivec2(at), 0u, push.view.xyz, push.light.xyz, push.view.w));
+  return btfc_eval(0u, BtfcQuery(ivec2(at % push.texture_size), 0u, push.view.xyz, push.light.xyz, push.view.w));
 }
 
 void main() {

@@ -1,12 +1,15 @@
-// btfc bench: decode rates of the CPU through the public interface, beside a copy of the same bytes.
+// btfc bench: decode rates of the CPU through the public interface, beside a copy of the same bytes, and of
+// the shader, beside plain fetches.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstring>
 #include <random>
+#include <thread>
 
 #include "tools/command.h"
 #include "tools/texture_file.h"
+#include "tools/vulkan_decoder.h"
 
 namespace btfc {
 namespace {
@@ -15,6 +18,8 @@ struct Arguments {
   std::string input, map;
   double seconds = 0.4;
   float footprint = 1;
+  unsigned threads = 1;
+  std::string device = "auto";
   Report report;
 };
 
@@ -51,6 +56,53 @@ void measure(std::vector<Contestant>& all, double seconds) {
 double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];
+}
+
+// The whole map on some threads, rows shared out, each with a cache of its own.
+void decode_whole(const btfc_texture* t, std::uint32_t map, const btfc_directions& directions,
+                  btfc_sample sample, std::size_t row, unsigned threads, unsigned char* out) {
+  const std::uint32_t width = btfc_texture_width(t), height = btfc_texture_height(t);
+  const auto work = [&](std::uint32_t first, std::uint32_t end) {
+    using Scratch = std::unique_ptr<btfc_scratch, decltype(&btfc_scratch_free)>;
+    const Scratch scratch(btfc_texture_unbounded(t) != 0 ? btfc_scratch_new(t) : nullptr, btfc_scratch_free);
+    btfc_decode_rect(t, scratch.get(), map, &directions, 0, static_cast<std::int32_t>(first), width,
+                     end - first, sample, out + first * row, row, (end - first) * row);
+  };
+  std::vector<std::thread> others;
+  for (unsigned i = 1; i < threads; ++i)
+    others.emplace_back(work, height * i / threads, height * (i + 1) / threads);
+  work(0, height / threads);
+  for (std::thread& other : others) other.join();
+}
+
+// The shader's rates into json and text. A machine without Vulkan is no fault unless Vulkan was asked for.
+Result<Done> measure_shader(const Arguments& a, const btfc_texture* t, std::uint32_t map,
+                            const btfc_directions& directions, Json& json, std::string& text) {
+  if (a.device == "cpu") return Done{};
+  constexpr std::uint32_t kSide = 1024;
+  VulkanOptions options;
+  // Half of the image where all of it is too much to be prepared: the texture repeats over the rest.
+  options.window = {0, 0, kSide, kSide};
+  Result<VulkanDecoder> decoder = VulkanDecoder::open(t, options);
+  for (; !decoder && decoder.error().status == Status::limit && options.window.width > 64;) {
+    options.window.width = options.window.height = options.window.width / 2;
+    decoder = VulkanDecoder::open(t, options);
+  }
+  if (!decoder) return a.device == "vulkan" ? Result<Done>(decoder.error()) : Result<Done>(Done{});
+  const std::vector<std::byte> grey(std::size_t{4} * kSide * kSide, std::byte{127});
+  const Result<ShaderRates> rates = decoder->rates(map, directions, kSide, kSide, grey, 8 * a.seconds);
+  if (!rates) return rates.error();
+  json["vulkan_device"] = decoder->device_name();
+  text += fmt::format("\n{}, {}x{} texels:", decoder->device_name(), kSide, kSide);
+  const std::pair<const char*, double> named[] = {{"vulkan_full_mtexel_s", rates->full},
+                                                  {"vulkan_fetch_mtexel_s", rates->fetch},
+                                                  {"vulkan_random_mtexel_s", rates->random_full},
+                                                  {"vulkan_random_fetch_mtexel_s", rates->random_fetch}};
+  for (const auto& [name, rate] : named) {
+    json[name] = rate / 1e6;
+    text += fmt::format("\n{:<28} {:10.2f}", name, rate / 1e6);
+  }
+  return Done{};
 }
 
 int run(Arguments& a) {
@@ -103,10 +155,7 @@ int run(Arguments& a) {
   // which keeps nothing, for a few texels only.
   const bool unbounded = btfc_texture_unbounded(t) != 0;
   using Scratch = std::unique_ptr<btfc_scratch, decltype(&btfc_scratch_free)>;
-  const auto new_scratch = [&] {
-    return Scratch(unbounded ? btfc_scratch_new(t) : nullptr, btfc_scratch_free);
-  };
-  const Scratch scratch = new_scratch();
+  const Scratch scratch(unbounded ? btfc_scratch_new(t) : nullptr, btfc_scratch_free);
   std::vector<float> values(4 * queries.size());
   std::vector<unsigned char> image(size), other(size), batch(kRandomTexels * texel_bytes);
   btfc_decode_rect(t, nullptr, map, &fixed, 0, 0, width, height, info.sample, image.data(), row, size);
@@ -116,10 +165,7 @@ int run(Arguments& a) {
   std::vector<Contestant> all = {
       {"cpu_full_mtexel_s",
        texels,
-       [&] {
-         btfc_decode_rect(t, new_scratch().get(), map, &fixed, 0, 0, width, height, info.sample, other.data(),
-                          row, size);
-       },
+       [&] { decode_whole(t, map, fixed, info.sample, row, std::min(a.threads, height), other.data()); },
        {}},
       {"cpu_random_mtexel_s",
        btf ? kSingleQueries : kRandomTexels,
@@ -174,12 +220,15 @@ int run(Arguments& a) {
   };
   measure(all, a.seconds);
 
-  Json json = {{"file", a.input}, {"map", info.name}, {"width", width}, {"height", height}, {"threads", 1}};
-  std::string text = fmt::format("{}: map {}, {}x{}, one thread", a.input, info.name, width, height);
+  Json json = {
+      {"file", a.input}, {"map", info.name}, {"width", width}, {"height", height}, {"threads", a.threads}};
+  std::string text =
+      fmt::format("{}: map {}, {}x{}, one thread (full: {})", a.input, info.name, width, height, a.threads);
   for (const Contestant& one : all) {
     json[one.name] = median(one.rates) / 1e6;
     text += fmt::format("\n{:<22} {:10.2f}", one.name, median(one.rates) / 1e6);
   }
+  if (const auto done = measure_shader(a, t, map, fixed, json, text); !done) return stop(done.error());
   if (const auto wrote = a.report.write(text, json); !wrote) return stop(wrote.error());
   return kExitOk;
 }
@@ -188,7 +237,7 @@ int run(Arguments& a) {
 
 Verb add_bench(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* verb = app.add_subcommand("bench", "decode rates in million texels a second, one thread");
+  CLI::App* verb = app.add_subcommand("bench", "decode rates in million texels a second");
   verb->add_option("IN.btfc", a->input, "the file");
   verb->add_option("--map", a->map, "the map (default: the first)")->type_name("NAME");
   verb->add_option("--seconds", a->seconds, "time for each measure (default 0.4)")
@@ -197,6 +246,13 @@ Verb add_bench(CLI::App& app) {
   verb->add_option("--footprint", a->footprint, "as of decode (default 1)")
       ->check(CLI::Range(1.0f, 1048576.0f))
       ->type_name("N");
+  verb->add_option("--threads", a->threads, "of cpu_full_mtexel_s; all else has one (default 1)")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  verb->add_option("--device", a->device,
+                   "cpu, or vulkan: the shader too, which must be possible (default: the shader where it is)")
+      ->check(CLI::IsMember({"auto", "cpu", "vulkan"}))
+      ->type_name("cpu|vulkan");
   a->report.attach(*verb);
   return {verb, [a] { return run(*a); }};
 }

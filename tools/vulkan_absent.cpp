@@ -7,6 +7,7 @@ class VulkanTexture {};
 
 VulkanDecoder::VulkanDecoder(std::unique_ptr<VulkanTexture> texture) : texture_(std::move(texture)) {}
 VulkanDecoder::VulkanDecoder(VulkanDecoder&&) noexcept = default;
+VulkanDecoder& VulkanDecoder::operator=(VulkanDecoder&&) noexcept = default;
 VulkanDecoder::~VulkanDecoder() = default;
 
 namespace {

@@ -43,6 +43,7 @@ class VulkanDecoder {
   // texture must outlive the decoder.
   static Result<VulkanDecoder> open(const btfc_texture* texture, const VulkanOptions& options);
   VulkanDecoder(VulkanDecoder&&) noexcept;
+  VulkanDecoder& operator=(VulkanDecoder&&) noexcept;
   ~VulkanDecoder();
 
   const std::string& device_name() const;

@@ -245,13 +245,17 @@ ShaderRates VulkanTexture::rates(std::uint32_t map, const btfc_directions& direc
                                  std::uint32_t height, std::span<const std::byte> rgba8, double seconds) {
   struct Push {
     float view[4], light[4];
-    std::uint32_t size[2];
+    std::uint32_t size[2], texture_size[2];
   } push{};
   std::copy_n(directions.view, 3, push.view);
   std::copy_n(directions.light, 3, push.light);
   push.view[3] = directions.footprint;
   push.size[0] = width;
   push.size[1] = height;
+  // Of an unbounded texture, what was prepared.
+  const bool unbounded = btfc_texture_unbounded(texture_) != 0;
+  push.texture_size[0] = unbounded ? std::max(options_.window.width, 1u) : btfc_texture_width(texture_);
+  push.texture_size[1] = unbounded ? std::max(options_.window.height, 1u) : btfc_texture_height(texture_);
   const GpuImage image =
       device_->make_image(width, height, vk::Format::eR8G8B8A8Unorm,
                           vk::ImageUsageFlagBits::eSampled | vk::ImageUsageFlagBits::eTransferDst);
@@ -302,6 +306,7 @@ ShaderRates VulkanTexture::rates(std::uint32_t map, const btfc_directions& direc
 
 VulkanDecoder::VulkanDecoder(std::unique_ptr<VulkanTexture> texture) : texture_(std::move(texture)) {}
 VulkanDecoder::VulkanDecoder(VulkanDecoder&&) noexcept = default;
+VulkanDecoder& VulkanDecoder::operator=(VulkanDecoder&&) noexcept = default;
 VulkanDecoder::~VulkanDecoder() = default;
 
 Result<VulkanDecoder> VulkanDecoder::open(const btfc_texture* texture, const VulkanOptions& options) {

@@ -16,7 +16,9 @@ Error absent() { return unsupported("", 0, "this btfc was built without Vulkan")
 
 }  // namespace
 
+Result<ShaderData> shader_data(const btfc_texture*) { return absent(); }
 Result<VulkanDecoder> VulkanDecoder::open(const btfc_texture*, const VulkanOptions&) { return absent(); }
+Result<VulkanDecoder> VulkanDecoder::open(const ShaderData&, const VulkanOptions&) { return absent(); }
 const std::string& VulkanDecoder::device_name() const {
   static const std::string none;
   return none;

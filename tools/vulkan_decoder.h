@@ -20,6 +20,17 @@ struct VulkanOptions {
   btfc_gpu_window window{};
 };
 
+// What shaders read of a texture: the model's number, word arrays, and the parameters of each map, of which
+// the first fixed_params words are the same whatever is prepared.
+struct ShaderData {
+  std::uint32_t model = 0;
+  std::array<std::vector<std::uint32_t>, BTFC_WORD_SLOTS> words;
+  std::vector<btfc_gpu_params> params;
+  std::uint32_t fixed_params = 32;
+};
+
+Result<ShaderData> shader_data(const btfc_texture* texture);
+
 enum class ShaderStage { compute, fragment };
 
 // An argument of btfc_sample.
@@ -42,6 +53,8 @@ class VulkanDecoder {
  public:
   // texture must outlive the decoder.
   static Result<VulkanDecoder> open(const btfc_texture* texture, const VulkanOptions& options);
+  // Of data that no loader has checked, say; nothing is prepared.
+  static Result<VulkanDecoder> open(const ShaderData& data, const VulkanOptions& options);
   VulkanDecoder(VulkanDecoder&&) noexcept;
   VulkanDecoder& operator=(VulkanDecoder&&) noexcept;
   ~VulkanDecoder();
@@ -49,7 +62,7 @@ class VulkanDecoder {
   const std::string& device_name() const;
   const std::vector<std::string>& messages() const;
 
-  // Another window of an unbounded texture in place of the one before.
+  // Another window of an unbounded texture in place of the one before. Of other textures nothing.
   Result<Done> prepare(const btfc_gpu_window& window);
 
   Result<std::vector<float>> rectangle(ShaderStage stage, std::uint32_t map,

@@ -71,34 +71,49 @@ Result<Plan> plan_for(const btfc_texture* texture, const btfc_gpu_window* window
 
 }  // namespace
 
-VulkanTexture::VulkanTexture(std::unique_ptr<VulkanDevice> device, const btfc_texture* texture,
-                             const VulkanOptions& options)
-    : device_(std::move(device)), texture_(texture), options_(options) {
+Result<ShaderData> shader_data(const btfc_texture* texture) {
   const Result<Plan> plan = plan_for(texture, nullptr);
-  if (!plan) throw std::bad_alloc();
+  if (!plan) return plan.error();
   const btfc_gpu_plan_info& info = *btfc_gpu_plan_get(plan->get());
-  model_ = info.model;
-  fixed_params_ = info.fixed_params;
-  std::vector<std::byte> bytes;
+  ShaderData data;
+  data.model = info.model;
+  data.params.assign(info.params, info.params + info.map_count);
+  data.fixed_params = info.fixed_params;
   for (std::uint32_t slot = 0; slot < BTFC_WORD_SLOTS; ++slot) {
-    words_[slot] = device_->make_buffer(info.words_size[slot], vk::BufferUsageFlagBits::eStorageBuffer);
-    bytes.resize(info.words_upload[slot]);
-    btfc_gpu_write_words(texture, slot, bytes.data(), bytes.size());
+    data.words[slot].resize(info.words_upload[slot] / 4);
+    btfc_gpu_write_words(texture, slot, data.words[slot].data(), info.words_upload[slot]);
+  }
+  return data;
+}
+
+VulkanTexture::VulkanTexture(std::unique_ptr<VulkanDevice> device, const ShaderData& data,
+                             const btfc_texture* texture, const VulkanOptions& options)
+    : device_(std::move(device)),
+      texture_(texture),
+      options_(options),
+      model_(data.model),
+      fixed_params_(data.fixed_params) {
+  for (std::uint32_t slot = 0; slot < BTFC_WORD_SLOTS; ++slot) {
+    const auto bytes = std::as_bytes(std::span(data.words[slot]));
+    words_[slot] = device_->make_buffer(std::max<std::uint64_t>(bytes.size(), 4),
+                                        vk::BufferUsageFlagBits::eStorageBuffer);
     device_->upload(words_[slot], bytes);
   }
   const std::uint64_t alignment = device_->uniform_alignment();
   uniform_stride_ = (sizeof(btfc_gpu_params) + alignment - 1) / alignment * alignment;
-  uniforms_ = device_->make_buffer(uniform_stride_ * info.map_count, vk::BufferUsageFlagBits::eUniformBuffer);
-  write_params(info);
+  uniforms_ =
+      device_->make_buffer(uniform_stride_ * data.params.size(), vk::BufferUsageFlagBits::eUniformBuffer);
+  write_params(data.params);
 }
 
-void VulkanTexture::write_params(const btfc_gpu_plan_info& plan) {
-  params_.assign(plan.params, plan.params + plan.map_count);
+void VulkanTexture::write_params(std::span<const btfc_gpu_params> params) {
+  params_.assign(params.begin(), params.end());
   for (std::size_t map = 0; map < params_.size(); ++map)
     device_->upload(uniforms_, std::as_bytes(std::span(&params_[map], 1)), map * uniform_stride_);
 }
 
 Result<Done> VulkanTexture::prepare(const btfc_gpu_window& window) {
+  if (texture_ == nullptr) return Done{};
   const Result<Plan> plan = plan_for(texture_, &window);
   if (!plan) return plan.error();
   const btfc_gpu_plan_info& info = *btfc_gpu_plan_get(plan->get());
@@ -109,7 +124,7 @@ Result<Done> VulkanTexture::prepare(const btfc_gpu_window& window) {
     if (info.words_size[slot] > words_[slot].size)
       words_[slot] = device_->make_buffer(info.words_size[slot], vk::BufferUsageFlagBits::eStorageBuffer);
   }
-  write_params(info);
+  write_params({info.params, info.map_count});
   if (info.pass_count > 0) run({info.passes, info.pass_count}, info.scratch_size);
   return Done{};
 }
@@ -253,9 +268,9 @@ ShaderRates VulkanTexture::rates(std::uint32_t map, const btfc_directions& direc
   push.size[0] = width;
   push.size[1] = height;
   // Of an unbounded texture, what was prepared.
-  const bool unbounded = btfc_texture_unbounded(texture_) != 0;
-  push.texture_size[0] = unbounded ? std::max(options_.window.width, 1u) : btfc_texture_width(texture_);
-  push.texture_size[1] = unbounded ? std::max(options_.window.height, 1u) : btfc_texture_height(texture_);
+  const bool unbounded = texture_ != nullptr && btfc_texture_unbounded(texture_) != 0;
+  push.texture_size[0] = unbounded ? std::max(options_.window.width, 1u) : params_[map].words[0];
+  push.texture_size[1] = unbounded ? std::max(options_.window.height, 1u) : params_[map].words[1];
   const GpuImage image =
       device_->make_image(width, height, vk::Format::eR8G8B8A8Unorm,
                           vk::ImageUsageFlagBits::eSampled | vk::ImageUsageFlagBits::eTransferDst);
@@ -309,15 +324,34 @@ VulkanDecoder::VulkanDecoder(VulkanDecoder&&) noexcept = default;
 VulkanDecoder& VulkanDecoder::operator=(VulkanDecoder&&) noexcept = default;
 VulkanDecoder::~VulkanDecoder() = default;
 
-Result<VulkanDecoder> VulkanDecoder::open(const btfc_texture* texture, const VulkanOptions& options) {
+namespace {
+
+Result<std::unique_ptr<VulkanTexture>> open_texture(const ShaderData& data, const btfc_texture* texture,
+                                                    const VulkanOptions& options) {
   if (const auto found = general_shader("btfc_full.vert"); !found) return found.error();
   Result<std::unique_ptr<VulkanDevice>> device = VulkanDevice::open({}, options.validation);
   if (!device) return device.error();
-  return vulkan_call([&]() -> Result<VulkanDecoder> {
-    VulkanDecoder out(std::make_unique<VulkanTexture>(std::move(*device), texture, options));
-    if (const auto done = out.prepare(options.window); !done) return done.error();
-    return out;
+  return vulkan_call([&]() -> Result<std::unique_ptr<VulkanTexture>> {
+    return std::make_unique<VulkanTexture>(std::move(*device), data, texture, options);
   });
+}
+
+}  // namespace
+
+Result<VulkanDecoder> VulkanDecoder::open(const ShaderData& data, const VulkanOptions& options) {
+  Result<std::unique_ptr<VulkanTexture>> made = open_texture(data, nullptr, options);
+  if (!made) return made.error();
+  return VulkanDecoder(std::move(*made));
+}
+
+Result<VulkanDecoder> VulkanDecoder::open(const btfc_texture* texture, const VulkanOptions& options) {
+  const Result<ShaderData> data = shader_data(texture);
+  if (!data) return data.error();
+  Result<std::unique_ptr<VulkanTexture>> made = open_texture(*data, texture, options);
+  if (!made) return made.error();
+  VulkanDecoder out(std::move(*made));
+  if (const auto done = out.prepare(options.window); !done) return done.error();
+  return out;
 }
 
 Result<Done> VulkanDecoder::prepare(const btfc_gpu_window& window) {

@@ -27,8 +27,8 @@ struct DecodePush {
 
 class VulkanTexture {
  public:
-  // Uploads. texture must outlive it.
-  VulkanTexture(std::unique_ptr<VulkanDevice> device, const btfc_texture* texture,
+  // Uploads. texture: what data is of, for windows, and must outlive it; or null.
+  VulkanTexture(std::unique_ptr<VulkanDevice> device, const ShaderData& data, const btfc_texture* texture,
                 const VulkanOptions& options);
   // Runs the passes of a window's plan, in place of those before.
   Result<Done> prepare(const btfc_gpu_window& window);
@@ -56,7 +56,7 @@ class VulkanTexture {
   };
   Decoding& decoding(const std::string& entry, ShaderStage stage, std::uint32_t map);
   void run(std::span<const btfc_gpu_pass> passes, std::uint64_t scratch_size);
-  void write_params(const btfc_gpu_plan_info& plan);
+  void write_params(std::span<const btfc_gpu_params> params);
   const GpuImage& values_image(std::uint32_t width, std::uint32_t height);
 
   std::unique_ptr<VulkanDevice> device_;

@@ -290,9 +290,11 @@ def main():
     args = parser.parse_args()
     models = [m["id"] for m in json.loads(run(args.btfc, "models", "--json"))]
     missing = [m for m in models if not Shader.there(args.spirv, m)]
-    if missing:
-        print(f"no SPIR-V of {', '.join(missing)} in {args.spirv}: costs are not checked")
+    if missing == models:
+        print(f"no SPIR-V in {args.spirv}: costs are not checked")
         return 0
+    if missing:
+        sys.exit(f"SPIR-V of {', '.join(missing)} is missing in {args.spirv}")
     models = [args.only] if args.only else models
     faults, exact, rng = [], set(), random.Random(5)
     print("| file | parameters | operations | counted | counted / formula | reads | counted | exact texels |\n" + "|---" * 8 + "|")

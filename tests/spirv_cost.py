@@ -181,7 +181,7 @@ class Program:
     def __init__(self, module, specialised, apart):
         self.m, self.apart = module, apart
         self.types, self.constants, self.constant_type, self.extended = {}, {}, {}, None
-        self.type_numbers, self.pointers, self.variables = {}, {}, {}
+        self.pointers, self.variables = {}, {}
         self.costs, self.entries = [], {}  # of blocks: Counter; first block of each function
         self.env = dict(HELPERS)
         self.env["C"] = self.accounts = {}
@@ -278,7 +278,8 @@ class Program:
     # ---- functions
 
     def function(self, function):
-        self.f, self.kinds, self.refs, self.lines, self.bound = function, {}, {}, [], {}
+        self.f, self.kinds, self.refs, self.lines = function, {}, {}, []
+        self.chains = {args[1]: args[2] for body in function.blocks.values() for op, args in body if op in (65, 66)}
         self.local_scalars = self.plain_scalars(function)
         for number, kind in function.parameters:
             if kind in self.pointers:
@@ -518,8 +519,8 @@ class Program:
             self.say(indent, f"t{args[1]}={'any' if op == 154 else 'all'}({self.value(args[2])})")
             cost["compare"] += 1
         elif op == 80:  # CompositeConstruct
-            parts = [self.value(o) + ("," if self.flat(o) else "") for o in args[2:]]
-            self.say(indent, f"t{args[1]}=({','.join(f'*{p}' if not self.flat(o) else p[:-1] for o, p in zip(args[2:], parts))},)")
+            parts = (self.value(o) if self.flat(o) else f"*{self.value(o)}" for o in args[2:])
+            self.say(indent, f"t{args[1]}=({','.join(parts)},)")
         elif op == 81:  # CompositeExtract
             kind, at = self.kind(args[2]), 0
             for index in args[3:]:
@@ -577,7 +578,7 @@ class Program:
         return self.m.decorations.get(kind.number, {}).get(6)
 
     def reference(self, number):
-        """(storage, list, offset expression, whole known offset, type); offsets in scalars, in blocks in bytes."""
+        """(storage, list, offset expression, offset known beforehand, type); offsets in scalars, in blocks in bytes."""
         if number in self.refs:
             return self.refs[number]
         storage, kind, binding, builtin = self.variables[number]
@@ -658,17 +659,10 @@ class Program:
             self.say(indent, f"{name}={base}[{self.offset(dynamic, known)}:{self.offset(dynamic, known, kind.size)}]")
 
     def root(self, number):
+        """The variable that an access chain begins at."""
         while number not in self.variables:
             number = self.chains[number]
         return number
-
-    @property
-    def chains(self):
-        """Of each access chain what it begins at."""
-        if self.bound.get("of") is not self.f:
-            self.bound = {"of": self.f, "chains": {args[1]: args[2] for body in self.f.blocks.values()
-                                                   for op, args in body if op in (65, 66)}}
-        return self.bound["chains"]
 
     def store(self, args, indent, cost):
         storage, base, dynamic, known, kind = self.reference(args[0])

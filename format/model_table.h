@@ -27,10 +27,12 @@ struct PaperCount {
   std::vector<Parameter> counts = {};  // what else the paper counts: values, ratios
 };
 
-// What decoding a texel under given directions costs (spec/tables.md section 6), weights of directions aside.
+// What a texel of the first map costs a shader (spec/tables.md section 6), the search for corners aside.
 struct TexelCost {
-  std::uint64_t operations = 0;  // multiplications and additions of the model's sums
-  std::uint64_t reads = 0;       // elements of tables and planes
+  std::uint64_t operations = 0;  // of floating point
+  std::uint64_t reads = 0;       // words of 32 bits, from buffers
+
+  std::uint64_t bytes() const { return 4 * reads; }
 };
 
 // Everything that follows from HEAD and PARM alone.
@@ -41,6 +43,7 @@ struct Layout {
   std::vector<std::uint64_t> map_bits;  // of formula_bits, what each map of the head takes for itself
   std::optional<PaperCount> paper;
   std::optional<TexelCost> cost;
+  std::optional<TexelCost> prepared_cost;  // where textures can be prepared: of a texel that is
   std::vector<Parameter> parameters;
 };
 

@@ -50,6 +50,11 @@ Result<Done> check_table_head(const Head& head) {
   return Done{};
 }
 
+CostTerms cost_terms(const Head& head) {
+  return {head.maps[0].channels, std::min(head.views, 3u), std::min(head.lights, 3u),
+          head.pairs < std::uint64_t{head.views} * head.lights ? 1u : 0u};
+}
+
 PaperCount survey_count(const Head& head, std::uint64_t values) {
   const std::uint64_t tile = std::uint64_t{head.channels()} * head.texels() * head.pairs;
   return {"Filip, Haindl 2009 (survey), Table 6, 32 bits a value",

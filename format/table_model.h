@@ -55,6 +55,14 @@ Result<ItemDescription> describe_table(ModelId model, const OptionValues& option
 // Rules V1 and V5: counts fit for tables, not unbounded, no value transform.
 Result<Done> check_table_head(const Head& head);
 
+// What of HEAD a texel's cost depends on (spec/tables.md section 6).
+struct CostTerms {
+  std::uint64_t channels;       // s, of the first map
+  std::uint64_t views, lights;  // a and b: corners that have a weight
+  std::uint64_t pair;           // q: words that are read to number a pair
+};
+CostTerms cost_terms(const Head& head);
+
 // The survey's Table 6: a count of values of 32 bits, and the ratio of the tile's values to it.
 PaperCount survey_count(const Head& head, std::uint64_t values);
 

@@ -51,7 +51,12 @@ Json size_json(const Head& head, const Layout& layout) {
         {"bits_per_texel", static_cast<double>(layout.paper->bits) / static_cast<double>(texels)}};
     for (const Parameter& p : layout.paper->counts) json["paper"][p.name] = value_of(p);
   }
-  if (layout.cost) json["cost"] = {{"operations", layout.cost->operations}, {"reads", layout.cost->reads}};
+  const auto add_cost = [&](const char* key, const std::optional<TexelCost>& cost) {
+    if (cost)
+      json[key] = {{"operations", cost->operations}, {"reads", cost->reads}, {"bytes", cost->bytes()}};
+  };
+  add_cost("cost", layout.cost);
+  add_cost("cost_prepared", layout.prepared_cost);
   json["parameters"] = parameters;
   return json;
 }

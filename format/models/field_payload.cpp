@@ -166,6 +166,35 @@ Result<Done> check_records(const FieldShape& s, const CodedRows& rows) {
   return Done{};
 }
 
+// Of the direct form, for a texel that takes part in as many texels of coarser levels as any does
+// (spec/models/car.md section 6).
+TexelCost field_cost(const Head& head, const FieldShape& s) {
+  const auto [channels, views, lights, pair] = cost_terms(head);
+  const std::uint64_t products = std::min<std::uint64_t>(4, views * lights);
+  const std::uint64_t subspaces = std::min<std::uint64_t>(products, s.clusters);
+  const std::uint64_t factors = s.coupled() ? channels : s.factors;
+  constexpr std::uint64_t kPlaces[] = {1, 9, 16};
+  // A factor: the collapsed pyramid, its table, the basis.
+  TexelCost factor{s.coupled() ? 1 : 2 * channels, s.coupled() ? 0 : channels};
+  for (std::uint32_t l = 0; l < s.levels; ++l) {
+    const std::uint64_t places = kPlaces[std::min(l, 2u)];
+    const std::uint64_t noises =
+        s.kind == FieldKind::gmrf ? 0 : s.response_words(l) * (s.coupled() ? s.factors : 1);
+    factor.operations += 16 + (l > 0 ? 40 : 0) + places * (2 + 3 * noises);
+    factor.reads += places * (3 + (s.kind == FieldKind::gmrf ? 1 : noises));
+  }
+  if (s.knots > 0) {
+    factor.operations += 8;
+    factor.reads += 3;
+  }
+  // Then the blend: the closest pairs, their subspaces, the gain, means and deviations; and the relief.
+  const std::uint64_t entry_words = s.clusters == 1 ? 0 : 32 % s.index_bits() == 0 ? 1 : 2;
+  const bool relief = s.range_bits > 0;
+  return {subspaces * (factors * factor.operations + 16 + 19) + 25 + products + 8 + 12 + (relief ? 117 : 0),
+          subspaces * (factors * factor.reads + channels + 4) + products * (pair + entry_words) +
+              (relief ? 17 : 0)};
+}
+
 }  // namespace
 
 const std::span<const OptionSpec> kFieldSizeOptions = kSizeOptions;
@@ -235,7 +264,9 @@ Result<Layout> field_layout(const Head& head, ByteView raw) {
                        {"error", fmt::format("{:.6g}", s.error)}};
   // A texel of a prepared tile: recursions of four subspaces, tables, colours, the blend.
   const std::uint64_t d = s.factors;
-  layout.cost = TexelCost{4 * (operations + d * (10 + 2 * d)) + 40, 4 * d * (s.knots > 0 ? 3 : 1) + 16};
+  layout.prepared_cost =
+      TexelCost{4 * (operations + d * (10 + 2 * d)) + 40, 4 * d * (s.knots > 0 ? 3 : 1) + 16};
+  layout.cost = field_cost(head, s);
   // Means and rows of bases.
   for (const Map& map : head.maps) {
     layout.map_bits.push_back(8 * element_bytes(s.precision) * s.clusters * map.channels *

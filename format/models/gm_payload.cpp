@@ -179,6 +179,30 @@ Result<CodedRows> read_levels(const Head& head, const GmParm& p, const ChunkRead
   return all;
 }
 
+// Spec/models/gm.md section 3. Products and sums of four channels are four operations, whatever the map has.
+TexelCost gm_cost(const Head& head, const GmParm& p) {
+  const auto [channels, views, lights, pair] = cost_terms(head);
+  const std::uint64_t m = p.components, rank = p.mean_rank, pairs = views * lights;
+  const std::uint64_t best = std::min<std::uint64_t>(m, p.gates == 0 ? m : p.gates);
+  // Both unit vectors, four angles and two slopes; the texel's centre; the quotient of the two sums; the
+  // mean.
+  std::uint64_t operations = 18 + 126 + (p.onion == GmOnion::printed ? 2 : 0) + 2 + 4 + 4, reads = 0;
+  if (head.value_transform == ValueTransform::log) operations += 4 * 17;
+  if (p.mean == GmMeanForm::coded) {
+    operations += rank * (9 + 12 * channels);
+    reads += rank * (4 + 3 * channels);
+  } else {
+    operations += 9 + 3 * pairs * channels;
+    reads += pairs * (pair + channels);
+  }
+  // A gate, with the short way round where textures repeat. What it adds is a power and a product and a sum
+  // of outputs and weight. Where the largest gate so far is exceeded the sums are scaled.
+  operations += m * (33 + (head.wrap_u == Wrap::repeat ? 10 : 0)) + best * 25;
+  operations += 21 * (p.gates == 0 ? std::bit_width(m) : 1);
+  reads += m * 15 + best * (channels + (p.gates == 0 ? 0 : 2));
+  return {operations, reads};
+}
+
 }  // namespace
 
 const std::span<const OptionSpec> kGmSizeOptions = kSizeOptions;
@@ -390,11 +414,7 @@ Result<Layout> gm_layout(const Head& head, ByteView raw) {
     const std::uint64_t outputs = std::uint64_t{8} * element_bytes(p->precision) * p->components;
     layout.map_bits.push_back(map.channels * outputs);
   }
-  // A gate: 6 differences, 4 of them with a drift, squares and scales; an output: a product and a sum.
-  const std::uint64_t m = p->components, best = p->gates == 0 ? m : p->gates;
-  const std::uint64_t drift = p->shear ? 8 : 0;
-  layout.cost = TexelCost{m * (25 + drift) + best * (2 + 2 * channels),
-                          m * (13u + (p->shear ? 2 : 0)) + best * channels};
+  layout.cost = gm_cost(head, *p);
   return layout;
 }
 

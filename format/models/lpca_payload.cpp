@@ -183,10 +183,12 @@ Result<Layout> lpca_layout(const Head& head, ByteView parm) {
   const PaperCount counted = survey_count(head, lpca_paper_values(head, s) + s.rank * head.texels());
   layout.paper->counts.push_back({"values_with_weights", counted.counts[0].value});
   layout.paper->counts.push_back({"ratio_with_weights", counted.counts[2].value});
-  // Nine pairs, k + 1 vectors; then a multiplication and an addition a component and channel.
-  const std::uint64_t channels = head.channels();
-  layout.cost = TexelCost{2 * 9 * channels * (s.rank + 1) + 2 * channels * s.rank,
-                          9 * channels * (s.rank + 1) + s.rank + 1};
+  // A vector: nine products of corner weights, and for each channel a product and a sum a pair, and a scale.
+  // Then the texel's weight of it with its scale, and a product and a sum a channel; of the mean neither.
+  const auto [channels, views, lights, pair] = cost_terms(head);
+  const std::uint64_t rank = s.rank, pairs = views * lights;
+  layout.cost = TexelCost{(rank + 1) * (9 + channels * (2 * pairs + 2)) + rank * (2 + 2 * channels),
+                          1 + (rank + 1) * (pairs * (channels + pair) + 2 * channels) + 3 * rank};
   layout.parameters = {{"clusters", std::to_string(s.clusters)},
                        {"rank", std::to_string(s.rank)},
                        {"texel_precision", name_of(s.texels), false},

@@ -237,6 +237,22 @@ Result<Done> append_plane(const PatchShape& s, const Map& map, ByteView raw,
   return Done{};
 }
 
+// Of a texel where as many patches meet as ever do (spec/models/patch.md section 7).
+TexelCost patch_cost(const PatchShape& s, const Map& map) {
+  const bool across = s.overlap > 0 && (s.wraps || s.count_x > 1);
+  const bool down = s.overlap > 0 && (s.wraps || s.count_y > 1);
+  const std::uint64_t texel_words = 1 + (padded_texel_bits(map) > 32 ? 1 : 0);
+  const bool halves = map.type == SampleType::float16;
+  const std::uint64_t values = halves ? 0 : 4;
+  if (s.blend == PatchBlend::liang) {
+    const std::uint64_t patches = (across ? 2u : 1u) * (down ? 2u : 1u);
+    return {values + (halves ? 16 * (patches - 1) : 0), patches * (1 + texel_words)};
+  }
+  const std::uint32_t bits = stored_entry_bits(s);
+  const std::uint64_t entry_words = bits == 0 ? 0 : 32 % bits == 0 ? 1 : 2;
+  return {values, entry_words * (across && down ? 3 : across || down ? 1 : 0) + 1 + texel_words};
+}
+
 }  // namespace
 
 const std::span<const std::uint32_t> kPatchChunkTypes = kChunkTypes;
@@ -415,6 +431,7 @@ Result<Layout> patch_layout(const Head& head, ByteView parm) {
   constexpr const char* kLayouts[] = {"none", "rgba8", "packed"};
   layout.parameters.push_back({"pack", kLayouts[static_cast<std::size_t>(s.cuts)], false});
   layout.parameters.push_back({"wraps", s.wraps ? "yes" : "no", false});
+  layout.cost = patch_cost(s, head.maps[0]);
   for (const Map& map : head.maps) layout.map_bits.push_back(patch_map_bits(s, map));
   return layout;
 }

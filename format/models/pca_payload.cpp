@@ -21,9 +21,12 @@ Result<Layout> pca_layout(const Head& head, ByteView parm) {
   const Result<WeightedShape> shape = read_weighted_parm(kPcaModel, head, parm);
   if (!shape) return shape.error();
   Result<Layout> layout = weighted_layout(kPcaModel, head, *shape);
-  const std::uint64_t channels = head.channels(), rank = shape->rank;
-  // Nine weights times k; then a multiplication and an addition a component and channel.
-  layout->cost = TexelCost{2 * 9 * rank + 2 * channels * rank, 9 * rank + channels * (rank + 1)};
+  const auto [channels, views, lights, pair] = cost_terms(head);
+  const std::uint64_t rank = shape->rank, elements = channels * (rank + 1);
+  // A weight: nine products of corner weights, a product and a sum a pair, its scale. An element of the
+  // images then: its scale and two words of that, the weight.
+  layout->cost = TexelCost{rank * (9 + 2 * views * lights + 2) + 4 * elements,
+                           rank * (views * lights * (1 + pair) + 2) + 3 * elements};
   return layout;
 }
 

@@ -21,10 +21,12 @@ Result<Layout> pcarf_layout(const Head& head, ByteView parm) {
   const Result<WeightedShape> shape = read_weighted_parm(kPcarfModel, head, parm);
   if (!shape) return shape.error();
   Result<Layout> layout = weighted_layout(kPcarfModel, head, *shape);
-  const std::uint64_t channels = head.channels(), rank = shape->rank;
-  // Three views: three weights times k, then a multiplication and an addition a component and channel.
-  layout->cost =
-      TexelCost{3 * (2 * 3 * rank + 2 * channels * (rank + 1)), 3 * (3 * rank + channels * (rank + 1))};
+  const auto [channels, views, lights, pair] = cost_terms(head);
+  const std::uint64_t rank = shape->rank, elements = channels * (rank + 1);
+  // A view and weight: a product and a sum a light, its scale, the view's share. An element then: its scale
+  // and two words of that, the weight.
+  layout->cost = TexelCost{views * (rank * (2 * lights + 3) + 4 * elements),
+                           views * (rank * (lights * (1 + pair) + 2) + 3 * elements)};
   return layout;
 }
 

@@ -180,12 +180,14 @@ Result<Layout> plm_layout(const Head& head, ByteView parm) {
   layout.memory_bits = plm_memory_bits(head, s);
   // The survey's count is that of lobes a texel with polynomials, whatever this file has.
   layout.paper = survey_count(head, plm_paper_values(head));
-  // Three views: a scalar product of 5, the exponent, rho, and Horner's 9; the two elementary functions count
-  // as their polynomials, 33.
-  const std::uint64_t views = std::uint64_t{3} * channels;
-  const std::uint64_t terms = s.polynomials ? 9 * 5 * std::uint64_t{channels} : 0;
-  layout.cost = TexelCost{views * (5 + 33 + 2 + (s.polynomials ? 9 : 0)) + 2 * terms,
-                          views * (5 + (s.clusters > 0 ? 1 : 0)) + terms};
+  // The light's unit vector. A lobe, one a view and channel: five scales; a scalar product of 5, a logarithm
+  // of 27, a power of 15, n and rho; Horner's 9; the view's share. A coefficient of a polynomial: for each
+  // light its scale, a product and a sum.
+  const CostTerms cost = cost_terms(head);
+  const std::uint64_t lobes = cost.views * cost.channels, terms = s.polynomials ? 5 * lobes : 0;
+  layout.cost =
+      TexelCost{9 + lobes * (10 + 49 + 9 + 2) + 4 * terms * cost.lights,
+                lobes * (15 + (s.clusters > 0 ? 1 : 0)) + terms * (2 + cost.lights * (1 + cost.pair))};
   layout.parameters = {{"lobe_precision", name_of(s.lobes), false},
                        {"table_precision", name_of(s.terms), false},
                        {"polynomials", s.polynomials ? "1" : "0"},

@@ -123,9 +123,11 @@ Result<Layout> ptm_layout(const Head& head, ByteView parm) {
   layout.formula_bits = ptm_formula_bits(head, s);
   layout.memory_bits = ptm_memory_bits(head, s);
   layout.paper = survey_count(head, ptm_paper_values(head));
-  // Three views of six terms: a multiplication and an addition each.
-  const std::uint64_t terms = std::uint64_t{3} * kPtmTerms * head.channels();
-  layout.cost = TexelCost{2 * terms, terms};
+  // The light's unit vector and products; for each view and channel a scale, a product and a sum a term, and
+  // the view's share. A term reads its element and the two words of its scale.
+  const CostTerms cost = cost_terms(head);
+  const std::uint64_t sums = cost.views * cost.channels;
+  layout.cost = TexelCost{9 + 3 + sums * (4 * kPtmTerms + 2), sums * 3 * kPtmTerms};
   layout.parameters = {{"precision", name_of(s.precision), false}};
   for (const Map& map : head.maps) {
     std::uint64_t view = 0;

@@ -50,9 +50,23 @@ for program in found/consumer_c found/consumer_cpp by_pkg_config_c by_pkg_config
   [ "${expected:=$line}" = "$line" ] || fail "$program disagrees"
 done
 
-# The shader entry point compiles from the installed files alone.
+# One frame drawn by Vulkan, of installed files alone; 5: no device here.
+if [ -x "$work/found/consumer_frame" ]; then
+  code=0
+  LD_LIBRARY_PATH=$libdir ASAN_OPTIONS=detect_leaks=0 "$work/found/consumer_frame" "$file" "$work/frame.ppm" || code=$?
+  case $code in
+    0) [ "$(stat -c %s "$work/frame.ppm")" = 196623 ] || fail "the frame is not 256x256" ;;
+    5) echo "install_test: no Vulkan device, no frame" ;;
+    *) fail "consumer_frame" ;;
+  esac
+fi
+
+# The entry points compile from the installed files alone.
 shaders=$(pkg-config --variable=shaderdir btfc)
 if command -v glslangValidator >/dev/null; then
-  glslangValidator --quiet -V --target-env vulkan1.1 -DBTFC_MODEL_patch "$shaders/btfc_decode.comp" -o "$work/decode.spv" || fail "shader"
+  for entry in btfc_decode.comp btfc_decode.frag btfc_full.vert; do
+    glslangValidator --quiet -V --target-env vulkan1.1 "$shaders/$entry" -o "$work/$entry.spv" || fail "$entry"
+    [ -f "$shaders/$entry.spv" ] || fail "no $entry.spv"
+  done
 fi
 echo "install_test: good"

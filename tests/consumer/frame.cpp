@@ -158,13 +158,14 @@ vk::raii::RenderPass make_render_pass(const Gpu& gpu) {
 }
 
 vk::raii::Pipeline make_pipeline(const Gpu& gpu, const Bound& bound, const vk::raii::RenderPass& render_pass,
-                                 std::uint32_t model, const std::vector<std::uint32_t>& fragment_code) {
+                                 const std::uint32_t (&constants)[2],
+                                 const std::vector<std::uint32_t>& fragment_code) {
   std::size_t size = 0;
   const std::uint32_t* code = btfc_gpu_shader("btfc_full.vert", &size);
   const vk::raii::ShaderModule vertex(gpu.device, vk::ShaderModuleCreateInfo({}, size, code));
   const vk::raii::ShaderModule fragment(gpu.device, vk::ShaderModuleCreateInfo({}, fragment_code));
-  const vk::SpecializationMapEntry entry(0, 0, sizeof model);  // constant 0: the model
-  const vk::SpecializationInfo special(1, &entry, sizeof model, &model);
+  const vk::SpecializationMapEntry entries[] = {{0, 0, 4}, {3, 4, 4}};  // the model; the map's channels
+  const vk::SpecializationInfo special(2, entries, sizeof constants, constants);
   const vk::PipelineShaderStageCreateInfo stages[] = {
       {{}, vk::ShaderStageFlagBits::eVertex, *vertex, "main"},
       {{}, vk::ShaderStageFlagBits::eFragment, *fragment, "main", &special}};
@@ -184,7 +185,7 @@ vk::raii::Pipeline make_pipeline(const Gpu& gpu, const Bound& bound, const vk::r
                                          nullptr, &blending, nullptr, *bound.layout, *render_pass)};
 }
 
-void draw(const Gpu& gpu, const Bound& bound, std::uint32_t model,
+void draw(const Gpu& gpu, const Bound& bound, const std::uint32_t (&constants)[2],
           const std::vector<std::uint32_t>& fragment_code, const char* path) {
   using Usage = vk::ImageUsageFlagBits;
   const vk::raii::Image image(
@@ -201,7 +202,7 @@ void draw(const Gpu& gpu, const Bound& bound, std::uint32_t model,
   const vk::raii::RenderPass render_pass = make_render_pass(gpu);
   const vk::raii::Framebuffer target(gpu.device,
                                      vk::FramebufferCreateInfo({}, *render_pass, 1, &*view, kSide, kSide, 1));
-  const vk::raii::Pipeline pipeline = make_pipeline(gpu, bound, render_pass, model, fragment_code);
+  const vk::raii::Pipeline pipeline = make_pipeline(gpu, bound, render_pass, constants, fragment_code);
   const Memory pixels = make_buffer(gpu, 4 * kSide * kSide, vk::BufferUsageFlagBits::eTransferDst);
   submit(gpu, [&](const vk::raii::CommandBuffer& commands) {
     const vk::ClearValue clear;
@@ -255,7 +256,7 @@ int run(const char* file, const char* out) {
   make_layouts(gpu, bound);
   upload(gpu, texture.get(), info, bound);
   prepare(gpu, info, bound);
-  draw(gpu, bound, info.model, fragment, out);
+  draw(gpu, bound, {info.model, texture.map(0).channels}, fragment, out);
   btfc_gpu_plan_free(plan);
   return 0;
 }

@@ -4,6 +4,8 @@
 #include "btfc_bindings.glsl"
 #include "btfc.glsl"
 
+layout(constant_id = 3) const uint CHANNELS = 3u;  // of the map
+
 layout(location = 0) out vec4 colour;
 
 void main() {
@@ -14,9 +16,10 @@ void main() {
   vec3 tangent = normalize(vec3(normal.z, 0.0, -normal.x));  // where u grows
   vec3 bitangent = cross(normal, tangent);                   // where v falls
   mat3 frame = mat3(tangent, bitangent, normal);
-  vec2 uv = vec2(2.0, -1.0) * vec2(atan(normal.x, normal.z), asin(normal.y)) / 3.14159265;
+  vec2 uv = vec2(8.0, -4.0) * vec2(atan(normal.x, normal.z), asin(normal.y)) / 3.14159265;
   float footprint = max(length(dFdx(uv)), length(dFdy(uv))) * float(btfc_extent(0u).width);
   vec3 view = vec3(0.0, 0.0, 1.0), light = normalize(vec3(0.4, 0.7, 0.6));
-  vec4 value = btfc_sample(0u, uv, view * frame, light * frame, footprint);
-  colour = above > 0.0 ? vec4(value.rgb * max(dot(normal, light), 0.0), 1.0) : vec4(0.1, 0.1, 0.1, 1.0);
+  vec4 value = btfc_sample(0u, fract(uv), view * frame, light * frame, footprint);
+  vec3 lit = (CHANNELS < 3u ? value.rrr : value.rgb) * max(dot(normal, light), 0.0);
+  colour = vec4(above > 0.0 ? lit : vec3(0.1), 1.0);
 }

@@ -770,6 +770,35 @@ class DecodeTest(CommandTest):
         self.fails(USAGE, "encode", picture, "-o", out, "--model", "car", "--range", "8x8", says="--range")
         self.assertFalse(Path(out).exists())
 
+    def test_shaders(self):
+        """By Vulkan: the same codes as by the CPU, silent under validation; without a device exit code 5."""
+        out, cpu = self.path("s.png"), self.path("c.png")
+        without = {"env": {**os.environ, "VK_ICD_FILENAMES": "/nonexistent", "VK_DRIVER_FILES": "/nonexistent"}}
+        decode = ["decode", self.file, "-o", out, "--device", "vulkan"]
+        bench = ["bench", self.file, "--seconds", "0.02"]
+        self.fails(UNSUPPORTED, *decode, says="no Vulkan device", **without)
+        self.assertFalse(Path(out).exists())
+        self.fails(UNSUPPORTED, *bench, "--device", "vulkan", says="no Vulkan device", **without)
+        self.assertNotIn("vulkan_device", json.loads(run(*bench, "--json", **without).stdout))
+        self.fails(USAGE, *decode[:-1], "cuda", says="cuda")
+        done = run(*decode, "--json")
+        if done.returncode == UNSUPPORTED:
+            self.skipTest(done.stderr.strip())
+        self.assertTrue(json.loads(done.stdout)["device"])
+        self.ok("decode", self.file, "-o", cpu)
+        self.assertEqual(Path(out).read_bytes(), Path(cpu).read_bytes())
+        # An unbounded texture, in several blocks.
+        picture, field = self.path("p.png"), self.path("f.btfc")
+        self.ok("synth", "grain", "-o", picture, "--size", "48x48")
+        self.ok("encode", picture, "-o", field, "--model", "gmrf", "--levels", "2", "--torus", "64")
+        window = ["--size", "600x20", "--origin=-7,-3"]
+        self.ok("decode", field, "-o", cpu, *window)
+        done = run("decode", field, "-o", out, *window, "--device", "vulkan", "--validation")
+        if "not installed" in done.stderr:
+            self.skipTest(done.stderr.strip())
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertLessEqual(self.json("compare", cpu, out, "--json")["peak_8bit"], 1)
+
     def test_btf_mistakes(self):
         folder, path, picture = self.btf(), self.path("btf.btfc"), self.path("picture.png")
         self.ok("synth", "grain", "-o", picture, "--size", "32x32")

@@ -408,6 +408,24 @@ TEST(VulkanNeeds, WhatADeviceLacksIsSaid) {
   lacks([](VulkanFacts& f) { f.float_target = false; }, "32-bit floats");
 }
 
+// The page's code is that of the example, which the install test builds and runs.
+TEST(GpuPlan, ThePagesCodeIsTheExamples) {
+  const auto text_of = [](const std::string& path) {
+    const Result<Bytes> bytes = read_file(path);
+    EXPECT_TRUE(bytes) << path;
+    return bytes ? std::string(bytes->begin(), bytes->end()) : std::string();
+  };
+  const auto between = [](const std::string& text, const std::string& begin, const std::string& end) {
+    const std::size_t from = text.find(begin) + begin.size();
+    return text.substr(from, text.find(end, from) - from);
+  };
+  const std::string page = text_of(BTFC_SPEC "/shaders.md"),
+                    example = text_of(BTFC_SPEC "/../tests/consumer/frame.cpp");
+  const std::string code = between(page, "```cpp\n", "```");
+  EXPECT_GT(code.size(), 1000u);
+  EXPECT_EQ(code, between(example, "// [texture]\n", "// [texture]\n"));
+}
+
 TEST(GpuPlan, SizesUploadsAndShaders) {
   for (const ModelFormat& model : models()) {
     const TexturePtr texture = load(file_of(vectors_of(model.name).front()));

@@ -63,7 +63,7 @@ std::vector<btfc_query> random_queries(const btfc_texture* texture, std::uint32_
     d[1] = static_cast<float>(r * std::sin(phi));
     d[2] = static_cast<float>(height);
   };
-  constexpr float kFootprints[] = {0, 1, 1, 1, 2, 3.7f, 64};
+  constexpr float kFootprints[] = {0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 2, 3.7f, 64};
   const bool unbounded = window.width > 0;
   const std::uint32_t width = btfc_texture_width(texture), height = btfc_texture_height(texture);
   std::vector<btfc_query> out(count);

@@ -6,7 +6,7 @@
 #include "decoder/handles.h"
 #include "shaders/btfc_model_ids.h"
 #ifdef BTFC_HAS_SPIRV
-#include "btfc_general_spirv.h"
+#include <btfc_general_spirv.h>
 #endif
 
 namespace {

@@ -6,7 +6,7 @@
 #include "btfc/btfc.h"
 #include "format/model_table.h"
 #ifdef BTFC_HAS_SPIRV
-#include "btfc_model_spirv.h"
+#include <btfc_model_spirv.h>
 #endif
 
 namespace btfc {

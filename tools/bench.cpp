@@ -93,7 +93,7 @@ Result<Done> measure_shader(const Arguments& a, const btfc_texture* t, std::uint
   const Result<ShaderRates> rates = decoder->rates(map, directions, kSide, kSide, grey, 8 * a.seconds);
   if (!rates) return rates.error();
   json["vulkan_device"] = decoder->device_name();
-  text += fmt::format("\n{}, {}x{} texels:", decoder->device_name(), kSide, kSide);
+  text += fmt::format("\n{}, {}x{} texels:", decoder->device_name(), rates->width, rates->height);
   const std::pair<const char*, double> named[] = {{"vulkan_full_mtexel_s", rates->full},
                                                   {"vulkan_fetch_mtexel_s", rates->fetch},
                                                   {"vulkan_random_mtexel_s", rates->random_full},

@@ -44,6 +44,7 @@ struct ShaderSample {
 struct ShaderRates {
   double full, fetch;                // each invocation its own texel; from an RGBA8 image
   double random_full, random_fetch;  // each invocation eight random texels
+  std::uint32_t width, height;       // of the invocations: of slow models less than was asked for
 };
 
 class VulkanTexture;

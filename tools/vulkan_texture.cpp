@@ -297,11 +297,24 @@ ShaderRates VulkanTexture::rates(std::uint32_t map, const btfc_directions& direc
     device_->submit([&](const vk::raii::CommandBuffer& commands) {
       change_layout(commands, values, vk::ImageLayout::eUndefined, vk::ImageLayout::eGeneral);
       push_constants(commands, pipelines[i], push);
-      dispatch(commands, pipelines[i], sets[i], width, height);
+      dispatch(commands, pipelines[i], sets[i], push.size[0], push.size[1]);
     });
   };
-  // In turns, so that a disturbance of the machine meets all; the first round warms up.
+  // In turns, so that a disturbance of the machine meets all; the first round warms up. Of slow models a part
+  // of the image, so that a round ends.
   using Clock = std::chrono::steady_clock;
+  constexpr std::uint32_t kLeastSide = 64;
+  const std::array<std::uint32_t, 2> whole_size = {width, height};
+  push.size[0] = std::min(width, kLeastSide);
+  push.size[1] = std::min(height, kLeastSide);
+  for (once(2);;) {
+    const auto from = Clock::now();
+    once(2);
+    const double spent = std::chrono::duration<double>(Clock::now() - from).count();
+    if (8 * spent > seconds || (push.size[0] == width && push.size[1] == height)) break;
+    for (std::size_t axis : {0u, 1u}) push.size[axis] = std::min(2 * push.size[axis], whole_size[axis]);
+  }
+  const double texels = double{1} * push.size[0] * push.size[1];
   const auto begin = Clock::now();
   constexpr int kLeastRounds = 3;
   for (int round = 0;
@@ -311,10 +324,10 @@ ShaderRates VulkanTexture::rates(std::uint32_t map, const btfc_directions& direc
       const auto from = Clock::now();
       once(i);
       const double spent = std::chrono::duration<double>(Clock::now() - from).count();
-      if (round > 0) rates[i].push_back(double{1} * width * height * (i < 2 ? 1 : 8) / spent);
+      if (round > 0) rates[i].push_back(texels * (i < 2 ? 1 : 8) / spent);
     }
   }
-  return {median(rates[0]), median(rates[1]), median(rates[2]), median(rates[3])};
+  return {median(rates[0]), median(rates[1]), median(rates[2]), median(rates[3]), push.size[0], push.size[1]};
 }
 
 // ---- the facade

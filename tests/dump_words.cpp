@@ -1,11 +1,16 @@
 // What a shader is given, through the C interface, for the count of its operations (cost_test.py).
-// btfc_dump_words IN.btfc OUT.u32: 32-bit words of the machine: the number of maps; of each map the number of
-// its params and these; of each of the four slots the number of its words and these.
+// btfc_dump_words IN.btfc OUT.u32 [--window X,Y,W,H]: 32-bit words of the machine: the number of maps; of
+// each map the number of its params and these; of each of the four slots the number of its words and these.
+// With a window of a random field they are those of a prepared texture: params that speak of the window, the
+// atlas in slot 2.
+#include <cinttypes>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <vector>
 
+#include "decoder/field_plan.h"
+#include "decoder/handles.h"
 #include "encoder/output/atomic_file.h"
 #include "tools/texture_file.h"
 
@@ -45,17 +50,35 @@ bool all_words(const btfc_texture* texture, Words& out) {
   return true;
 }
 
+// What the GPU's passes would make of the window, made here.
+Result<Done> prepare(btfc_texture& texture, const GpuWindow& window) {
+  if (texture.model->prepare == nullptr) return bad_argument("this model prepares nothing");
+  Result<GpuPrepare> plan = texture.model->prepare(texture.item, window);
+  if (!plan) return plan.error();
+  texture.item.map_params = std::move(plan->map_params);
+  texture.item.words[2] = field_atlas(texture.item, params_of<FieldParams>(texture.item, 0));
+  return Done{};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "usage: btfc_dump_words IN.btfc OUT.u32\n");
+  GpuWindow window{};
+  const bool wanted = argc == 5 && std::strcmp(argv[3], "--window") == 0;
+  if ((argc != 3 && !wanted) ||
+      (wanted && std::sscanf(argv[4], "%" SCNd32 ",%" SCNd32 ",%" SCNu32 ",%" SCNu32, &window.x, &window.y,
+                             &window.width, &window.height) != 4)) {
+    std::fprintf(stderr, "usage: btfc_dump_words IN.btfc OUT.u32 [--window X,Y,W,H]\n");
     return 1;
   }
   const Result<TexturePtr> texture = load_texture(argv[1]);
   if (!texture) {
     std::fprintf(stderr, "btfc_dump_words: %s\n", texture.error().message.c_str());
     return 3;
+  }
+  if (const auto made = wanted ? prepare(**texture, window) : Result<Done>(Done{}); !made) {
+    std::fprintf(stderr, "btfc_dump_words: %s\n", made.error().message.c_str());
+    return 4;
   }
   Words words;
   if (!all_words(texture->get(), words)) return 4;

@@ -166,23 +166,33 @@ Result<Done> check_records(const FieldShape& s, const CodedRows& rows) {
   return Done{};
 }
 
-// Of the direct form, for a texel that takes part in as many texels of coarser levels as any does
-// (spec/models/car.md section 6).
-TexelCost field_cost(const Head& head, const FieldShape& s) {
-  const auto [channels, views, lights, pair] = cost_terms(head);
-  const std::uint64_t products = std::min<std::uint64_t>(4, views * lights);
-  const std::uint64_t subspaces = std::min<std::uint64_t>(products, s.clusters);
-  const std::uint64_t factors = s.coupled() ? channels : s.factors;
+// The pyramid's value of one factor of one subspace, level by level, for a texel that takes part in as many
+// texels of coarser levels as any does.
+TexelCost direct_value_cost(const FieldShape& s) {
   constexpr std::uint64_t kPlaces[] = {1, 9, 16};
-  // A factor: the collapsed pyramid, its table, the basis.
-  TexelCost factor{s.coupled() ? 1 : 2 * channels, s.coupled() ? 0 : channels};
+  TexelCost value{0, 0};
   for (std::uint32_t l = 0; l < s.levels; ++l) {
     const std::uint64_t places = kPlaces[std::min(l, 2u)];
     const std::uint64_t noises =
         s.kind == FieldKind::gmrf ? 0 : s.response_words(l) * (s.coupled() ? s.factors : 1);
-    factor.operations += 16 + (l > 0 ? 40 : 0) + places * (2 + 3 * noises);
-    factor.reads += places * (3 + (s.kind == FieldKind::gmrf ? 1 : noises));
+    value.operations += 16 + (l > 0 ? 40 : 0) + places * (2 + 3 * noises);
+    value.reads += places * (3 + (s.kind == FieldKind::gmrf ? 1 : noises));
   }
+  return value;
+}
+
+// The same from the atlas: the products of weights, of which one is not zero, and a texel.
+constexpr TexelCost kPreparedValueCost{16 + 2, 1};
+
+// Of a texel, given what one factor's value takes (spec/models/car.md section 6).
+TexelCost field_cost(const Head& head, const FieldShape& s, const TexelCost& value) {
+  const auto [channels, views, lights, pair] = cost_terms(head);
+  const std::uint64_t products = std::min<std::uint64_t>(4, views * lights);
+  const std::uint64_t subspaces = std::min<std::uint64_t>(products, s.clusters);
+  const std::uint64_t factors = s.coupled() ? channels : s.factors;
+  // A factor: its value, its table, the basis.
+  TexelCost factor{value.operations + (s.coupled() ? 1 : 2 * channels),
+                   value.reads + (s.coupled() ? 0 : channels)};
   if (s.knots > 0) {
     factor.operations += 8;
     factor.reads += 3;
@@ -239,18 +249,11 @@ Result<Layout> field_layout(const Head& head, ByteView raw) {
   layout.formula_bits = field_formula_bits(head, s);
   layout.memory_bits = 32 * field_memory_words(head, s);
   std::string orders, margins;
-  std::uint64_t operations = 0;
   for (std::uint32_t l = 0; l < s.levels; ++l) {
-    std::uint64_t neighbours = 0;
-    for (std::uint32_t f = 0; f < s.masks_per_level(); ++f) {
+    for (std::uint32_t f = 0; f < s.masks_per_level(); ++f)
       orders += fmt::format("{}{}", f > 0 ? "/" : l > 0 ? "," : "", s.neighbours(l, f));
-      neighbours += s.neighbours(l, f);
-    }
     margins +=
         fmt::format("{}{}", l > 0 ? "," : "", s.kind == FieldKind::gmrf ? s.torus_side(l) : s.margins[l]);
-    operations +=
-        (2 * neighbours * (s.coupled() ? std::uint64_t{s.factors} * s.factors : 1) + 2 * s.factors) >>
-        (2 * l);
   }
   layout.parameters = {{"clusters", std::to_string(s.clusters)},
                        {"levels", std::to_string(s.levels)},
@@ -262,15 +265,12 @@ Result<Layout> field_layout(const Head& head, ByteView raw) {
                        {"precision", name_of(s.precision), false},
                        {"seed", std::to_string(s.seed)},
                        {"error", fmt::format("{:.6g}", s.error)}};
-  // A texel of a prepared tile: recursions of four subspaces, tables, colours, the blend.
-  const std::uint64_t d = s.factors;
-  layout.prepared_cost =
-      TexelCost{4 * (operations + d * (10 + 2 * d)) + 40, 4 * d * (s.knots > 0 ? 3 : 1) + 16};
-  layout.cost = field_cost(head, s);
+  layout.cost = field_cost(head, s, direct_value_cost(s));
+  layout.prepared_cost = field_cost(head, s, kPreparedValueCost);
   // Means and rows of bases.
   for (const Map& map : head.maps) {
     layout.map_bits.push_back(8 * element_bytes(s.precision) * s.clusters * map.channels *
-                              (1 + (s.coupled() ? 0 : d)));
+                              (1 + (s.coupled() ? 0 : s.factors)));
   }
   return layout;
 }

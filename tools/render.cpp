@@ -57,20 +57,31 @@ Result<Size> picture_size(const Arguments& a) {
   return Size{(*n)[0], (*n)[1]};
 }
 
+// The viewer is on the axis z. In perspective a ball of radius 1 fills the shorter side but for a little;
+// from afar the shape's length is the picture's, both ways.
+constexpr double kViewer = 4, kHalfAngle = 15 * std::numbers::pi / 180, kNear = 2.5, kFar = 5.5;
+
+// To the right and upwards, at the shape's middle.
+std::array<double, 2> pixels_a_unit(const ShapeKind& kind, const Size& size) {
+  if (kind.from_afar) return {size.width / kind.length_u, size.height / kind.length_v};
+  const double both = std::min(size.width, size.height) / (2 * kViewer * std::tan(kHalfAngle));
+  return {both, both};
+}
+
 // How often the texture lies on the shape: whole numbers that make its texels two pixels wide, or nearly.
 Result<std::array<double, 2>> repeats(const Arguments& a, const ShapeKind& kind, const btfc_texture* texture,
-                                      double pixels_a_unit) {
+                                      const std::array<double, 2>& pixels) {
   if (!a.repeat.empty()) {
     const auto n = two_numbers(a.repeat);
     if (!n || !((*n)[0] > 0) || !((*n)[1] > 0) || (*n)[0] > 1000 || (*n)[1] > 1000)
       return bad_argument(fmt::format("--repeat is '{}', expected U,V, above 0 and at most 1000", a.repeat));
     return *n;
   }
-  const auto times = [&](double length, std::uint32_t texels) {
-    return std::max(1.0, std::round(length * pixels_a_unit / (2.0 * texels)));
+  const auto times = [](double length, std::uint32_t texels) {
+    return std::max(1.0, std::round(length / (2.0 * texels)));
   };
-  return std::array<double, 2>{times(kind.length_u, btfc_texture_width(texture)),
-                               times(kind.length_v, btfc_texture_height(texture))};
+  return std::array<double, 2>{times(kind.length_u * pixels[0], btfc_texture_width(texture)),
+                               times(kind.length_v * pixels[1], btfc_texture_height(texture))};
 }
 
 Result<std::vector<RenderLight>> lights_of(const Arguments& a) {
@@ -155,23 +166,14 @@ void describe_values(const Head& head, const btfc_texture* texture, std::uint32_
   }
 }
 
-// The viewer is on the axis z. In perspective a ball of radius 1 fills the shorter side but for a little;
-// from afar a plane does.
-constexpr double kViewer = 4, kHalfAngle = 15 * std::numbers::pi / 180, kNear = 2.5, kFar = 5.5;
-
-// Of the picture's shorter side, half, in units at the shape's middle.
-double half_side(const ShapeKind& kind) {
-  return kind.from_afar ? kind.length_u / 2 : kViewer * std::tan(kHalfAngle);
-}
-
 // turn: of the shape about its own vertical axis, radians.
 void place_shape(const ShapeKind& kind, const Size& size, double turn, RenderScene& scene) {
   const double tilt = kind.tilt * std::numbers::pi / 180;
   const double ct = std::cos(turn), st = std::sin(turn), cx = std::cos(tilt), sx = std::sin(tilt);
   // The tilt after the turn; rows.
   const double world[3][3] = {{ct, 0, st}, {sx * st, cx, -sx * ct}, {-cx * st, sx, cx * ct}};
-  const double shorter = std::min(size.width, size.height), half = half_side(kind);
-  const double scale_x = shorter / size.width / half, scale_y = shorter / size.height / half;
+  const std::array<double, 2> pixels = pixels_a_unit(kind, size);
+  const double scale_x = 2 * pixels[0] / size.width, scale_y = 2 * pixels[1] / size.height;
   const double depth = kNear * kFar / (kFar - kNear);
   for (std::size_t column = 0; column < 4; ++column) {
     const auto at = [&](std::size_t row) { return column < 3 ? world[row][column] : 0.0; };
@@ -249,8 +251,7 @@ int run(const Arguments& a) {
     if (!number) return stop(number.error());
     map = *number;
   }
-  const double pixels_a_unit = std::min(size->width, size->height) / (2 * half_side(**kind));
-  const auto repeat = repeats(a, **kind, texture, pixels_a_unit);
+  const auto repeat = repeats(a, **kind, texture, pixels_a_unit(**kind, *size));
   if (!repeat) return stop(repeat.error());
 
   VulkanOptions options;

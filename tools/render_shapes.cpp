@@ -62,8 +62,8 @@ constexpr ShapeKind kKinds[] = {
     {"sphere", "the texture wrapped around a ball", sphere_point, 256, 128, 2 * kPi * 0.94, kPi * 0.94, 0,
      false},
     {"plane", "a square, tilted", plane_point, 1, 1, kPlaneSide, kPlaneSide, 55, false},
-    {"cloth", "a square cloth draped over a ball on a table", cloth_point, 384, 384, kClothSide, kClothSide, 30,
-     false},
+    {"cloth", "a square cloth draped over a ball on a table", cloth_point, 384, 384, kClothSide, kClothSide,
+     30, false},
     {"swatch", "a square seen head-on from afar, filling the picture", plane_point, 1, 1, kPlaneSide,
      kPlaneSide, 90, true},
 };

@@ -14,6 +14,8 @@
 namespace btfc {
 namespace {
 
+constexpr std::uint64_t kMostTexels = 65536;  // clusters of model lpca
+
 // Rows are (texel, channel), columns pairs.
 CodedRows table_of(const Dataset& dataset, Precision precision) {
   const DatasetInfo& info = dataset.info();
@@ -55,12 +57,12 @@ Result<ExactTexture> exact_texture(const Dataset& dataset) {
   shape.clusters = static_cast<std::uint32_t>(texels);
   const std::uint64_t bytes =
       texels * info.channel_count() * (info.pairs.size() * element_bytes(shape.tables) + sizeof(RowScale));
-  if (texels > 65536 || bytes > kMaxChunkBytes) {
+  if (texels > kMostTexels || bytes > kMaxChunkBytes) {
     return Error{
         Status::limit,
         fmt::format("{}x{} texels under {} pairs are a table of {} bytes, expected at most {} texels and {} "
                     "bytes: choose fewer texels by --crop",
-                    info.width, info.height, info.pairs.size(), bytes, 65536, kMaxChunkBytes),
+                    info.width, info.height, info.pairs.size(), bytes, kMostTexels, kMaxChunkBytes),
         "", 0};
   }
   LpcaPayload payload;

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
-#include <sstream>
 
 #include "encoder/image_file.h"
 #include "encoder/input/directory_files.h"

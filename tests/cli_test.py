@@ -977,6 +977,164 @@ class DatasetTest(CommandTest):
         self.assertEqual((read["pairs"], read["width"], read["height"], read["wraps"]), (6561, 4, 3, True))
 
 
+class RenderTest(CommandTest):
+    """Pictures of lit shapes, where there is a Vulkan device with its validation layer."""
+
+    RING = [(0, 0), (60, 0), (60, 90), (60, 180), (60, 270)]
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        done = run("decode", cls.file, "-o", cls.folder / "device.png", "--device", "vulkan", "--validation")
+        if done.returncode == UNSUPPORTED:
+            raise unittest.SkipTest(done.stderr.strip())
+        assert done.returncode == 0, done.stderr
+
+    def set_of(self, name, value, size=4, **more):
+        """A data set of linear grey values: value(view, light), vectors, the same for all texels."""
+        folder = self.folder / name
+        folder.mkdir(exist_ok=True)
+        images = []
+        for a, view in enumerate(self.RING):
+            for b, light in enumerate(self.RING):
+                shown = value(btf_sets.vector_of(view), btf_sets.vector_of(light))
+                btf_sets.write_image(folder / f"v{a}l{b}", size, size, 3, "unorm16", [shown] * (size * size * 3))
+                images.append({"file": f"v{a}l{b}.png", "view": view, "light": light})
+        path = folder / "set.json"
+        path.write_text(json.dumps({"images": images, "colour_space": "lin_rec709_scene", **more}))
+        return path
+
+    def render(self, source, *args, side=33):
+        """Linear red of the picture's texels, by (x, y); the validation layer has nothing to say."""
+        size = [] if "--size" in args else ["--size", f"{side}x{side}"]
+        self.ok("render", source, "-o", self.path("out.png"), "--validation", "--samples", "1", *size, *args)
+        width, height, channels, bits, codes = files.read_png(self.path("out.png"))
+        self.assertEqual((channels, bits), (3, 8))
+        return lambda x, y: self.linear(codes[(y * width + x) * 3])
+
+    @staticmethod
+    def linear(code):
+        v = code / 255
+        return v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4
+
+    def test_shapes_and_models(self):
+        for shape in ("sphere", "plane", "cloth", "swatch"):
+            told = self.json("render", self.file, "-o", self.path("out.png"), "--shape", shape, "--size", "40x24",
+                             "--validation", "--json")
+            self.assertEqual((told["files"], told["shape"], told["lights"]), ([self.path("out.png")], shape, 1))
+            self.assertEqual(files.read_png(self.path("out.png"))[:4], (40, 24, 3, 8))
+            self.assertGreater(len(set(files.read_png(self.path("out.png"))[4])), 20)
+
+    def test_fragments_are_what_the_decoder_gives(self):
+        """A pixel a texel, head-on, for a file of each model."""
+        vectors = Path(SOURCE) / "tests/vectors"
+        for model in files.MODELS:
+            path = vectors / model / ("liang_rgb8.btfc" if model == "patch" else "rgb8_f32.btfc")
+            with self.subTest(model):
+                self.ok("decode", path, "-o", self.path("texels.png"))
+                width, height, channels, bits, codes = files.read_png(self.path("texels.png"))
+                self.ok("render", path, "-o", self.path("out.png"), "--shape", "swatch", "--light", "0,0", "--samples", "1",
+                        "--size", f"{width}x{height}", "--repeat", "1,1", "--validation")
+                shown = files.read_png(self.path("out.png"))[4]
+                self.assertLessEqual(max(abs(a - b) for a, b in zip(shown, codes)), 1)
+
+    def test_sets_are_shown_without_loss(self):
+        path = btf_sets.write_set(self.folder / "noise", btf_sets.RING, btf_sets.RING, (8, 6), seed=4)
+        for light, name in (("0,0", "v0l0"), ("35,90", "v0l2"), ("35,180", "v0l3")):
+            self.ok("render", path, "-o", self.path("out.png"), "--shape", "swatch", "--light", light, "--samples", "1",
+                    "--size", "8x6", "--repeat", "1,1", "--validation")
+            shown, wanted = files.read_png(self.path("out.png"))[4], files.read_png(path.parent / f"{name}.png")[4]
+            self.assertLessEqual(max(abs(a - b) for a, b in zip(shown, wanted)), 1)
+        self.ok("render", path, "--crop", "2,1,4,4", "-o", self.path("out.png"), "--size", "16x16")
+
+    def test_cosines(self):
+        """Values that have the light's cosine do not get it again, but below the lowest measured light."""
+        for quantity, wanted in (("reflectance", {0: 0.5, 60: 0.25, 80: 0.5 * math.cos(math.radians(80))}),
+                                 ("reflectance_cos", {0: 0.5, 60: 0.5, 80: math.cos(math.radians(80))}),
+                                 ("unspecified", {0: 0.5, 60: 0.5, 80: math.cos(math.radians(80))})):
+            path = self.set_of(quantity, lambda view, light: 0.5, quantity=quantity)
+            for theta, value in wanted.items():
+                for shape in ("sphere", "swatch") if theta == 60 else ("swatch",):
+                    at = self.render(path, "--shape", shape, "--light", f"{theta},30")
+                    self.assertAlmostEqual(at(16, 16), value, delta=0.02 * value + 0.002, msg=f"{quantity} {theta} {shape}")
+        at = self.render(path, "--shape", "swatch", "--light", "0,0", "--light", "80,0", "--exposure", "-1")
+        self.assertAlmostEqual(at(16, 16), 0.25 + math.cos(math.radians(80)) / 2, delta=0.01)
+        # No directions: an albedo, in codes of sRGB. The shape's other side is dark.
+        white = self.path("white.png")
+        files.write_png(white, 32, 32, 1, 8, [188] * 1024)
+        path = self.encode("white.btfc", "--k", "4", "--wb", "12", "--we", "4", image=white)
+        at = self.render(path, "--light", "60,0")
+        self.assertAlmostEqual(at(16, 16), self.linear(188) / 2, delta=0.01)
+        self.assertGreater(at(26, 16), at(16, 16))
+        self.assertEqual(self.render(path, "--light", "180,0")(16, 16), 0)
+        self.assertEqual(self.render(path, "--light", "90,0")(6, 16), 0)
+
+    def test_frames_of_light_and_view(self):
+        """On a ball, lit from the viewer: both directions lean towards its middle."""
+        for axis in (0, 1):
+            for which in (0, 1):
+                path = self.set_of(f"lean{axis}{which}", lambda *d: 0.5 + 0.5 * d[which][axis])
+                at = self.render(path, "--light", "0,0")
+                right, left, top, bottom = at(26, 16), at(6, 16), at(16, 6), at(16, 26)
+                if axis == 0:
+                    self.assertTrue(right < 0.35 < 0.65 < left and abs(top - bottom) < 0.05, (right, left, top, bottom))
+                else:
+                    self.assertTrue(top < 0.35 < 0.65 < bottom and abs(left - right) < 0.05, (right, left, top, bottom))
+        # Lights that do not come from the viewer, on a square that faces it.
+        for light, wanted in (("60,0", 0.5), ("60,90", 0.5 + 0.5 * math.sin(math.radians(60))), ("60,270", 0.0670)):
+            at = self.render(self.set_of("lean", lambda view, light: 0.5 + 0.5 * light[1]), "--shape", "swatch", "--light", light)
+            self.assertAlmostEqual(at(16, 16), wanted, delta=0.005)
+
+    def test_environment(self):
+        path = self.set_of("diffuse", lambda view, light: 0.5, quantity="reflectance")
+
+        def hdr(name, radiance):
+            pixels = bytes(b for _ in range(4) for x in range(7) for b in radiance(x))
+            Path(self.path(name)).write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 7\n" + pixels)
+            return self.path(name)
+
+        at = self.render(path, "--shape", "swatch", "--env", hdr("one.hdr", lambda x: [128, 128, 128, 129]))
+        self.assertAlmostEqual(at(16, 16), 0.5, delta=0.05)
+        bright = [255, 255, 255, 128], [4, 4, 4, 122]
+        at = self.render(path, "--env", hdr("left.hdr", lambda x: bright[x >= 3]), "--env-lights", "20")
+        self.assertGreater(at(8, 16), 2 * at(24, 16))
+        self.fails(3, "render", path, "-o", self.path("out.png"), "--env", hdr("dark.hdr", lambda x: [0] * 4), says="black")
+
+    def test_turntable(self):
+        out = self.path("turn.exr")
+        told = self.json("render", self.file, "-o", out, "--turntable", "3", "--size", "16x16", "--json")
+        names = [self.path(f"turn-{i:03}.exr") for i in range(3)]
+        self.assertEqual(told["files"], names)
+        self.assertFalse(Path(out).exists())
+        self.ok("render", self.file, "-o", self.path("turn.png"), "--size", "16x16")
+        first = json.loads(run("compare", self.path("turn.png"), names[0], "--json").stdout)
+        self.assertGreater(first["psnr_db"], 48)
+        turned = json.loads(run("compare", names[0], names[1], "--json").stdout)
+        self.assertLess(turned["psnr_db"], 40)
+
+    def test_refusals(self):
+        def refuses(status, says, *args, source=None, out="out.png"):
+            self.fails(status, "render", source or self.file, "-o", self.path(out), *args, says=says)
+            self.assertFalse(Path(self.path(out)).exists())
+
+        refuses(1, "cube", "--shape", "cube")
+        for light in ("up", "30", "200,0", "1,2,3"):
+            refuses(1, "--light", "--light", light)
+        for size in ("0x5", "5", "5000x5000"):
+            refuses(1, "--size", "--size", size)
+        for repeat in ("0,1", "2", "-1,1", "nan,1"):
+            refuses(1, "--repeat", "--repeat", repeat)
+        refuses(1, "output format", out="out.jpg")
+        refuses(1, "nope", "--map", "nope")
+        refuses(1, "no data set", "--crop", "0,0,4,4")
+        refuses(2, "none.btfc", source=self.path("none.btfc"))
+        refuses(3, "text.btfc", source=self.path("text.btfc"))
+        refuses(2, "none.hdr", "--env", self.path("none.hdr"))
+        car = Path(SOURCE) / "tests/vectors/car/image_rgb.btfc"
+        refuses(5, "--repeat", "--repeat", "900,900", source=car)
+        self.fails(2, "render", self.file, "-o", "/nowhere/out.png", says="/nowhere")
+
+
 class TextureDistanceTest(CommandTest):
     def test_statistics(self):
         for name, seed in (("a", 1), ("b", 2)):

@@ -1,5 +1,6 @@
 // In place of the Vulkan runner where btfc is built without Vulkan's headers.
 #include "tools/vulkan_decoder.h"
+#include "tools/vulkan_render.h"
 
 namespace btfc {
 
@@ -41,6 +42,27 @@ Result<std::vector<float>> VulkanDecoder::samples(ShaderStage, std::uint32_t, st
 }
 Result<ShaderRates> VulkanDecoder::rates(std::uint32_t, const btfc_directions&, std::uint32_t, std::uint32_t,
                                          std::span<const std::byte>, double) {
+  return absent();
+}
+
+class RenderTarget {};
+
+VulkanRenderer::VulkanRenderer(std::unique_ptr<RenderTarget> target) : target_(std::move(target)) {}
+VulkanRenderer::VulkanRenderer(VulkanRenderer&&) noexcept = default;
+VulkanRenderer::~VulkanRenderer() = default;
+Result<VulkanRenderer> VulkanRenderer::open(const btfc_texture*, const VulkanOptions&, const ShapeMesh&,
+                                            std::uint32_t, std::uint32_t, std::uint32_t) {
+  return absent();
+}
+const std::string& VulkanRenderer::device_name() const {
+  static const std::string none;
+  return none;
+}
+const std::vector<std::string>& VulkanRenderer::messages() const {
+  static const std::vector<std::string> none;
+  return none;
+}
+Result<std::vector<float>> VulkanRenderer::picture(const RenderScene&, std::span<const RenderLight>) {
   return absent();
 }
 

@@ -411,10 +411,11 @@ constexpr vk::PipelineStageFlags kUsedStages =
     vk::PipelineStageFlagBits::eVertexInput | vk::PipelineStageFlagBits::eColorAttachmentOutput;
 constexpr vk::AccessFlags kWrites = vk::AccessFlagBits::eShaderWrite | vk::AccessFlagBits::eTransferWrite |
                                     vk::AccessFlagBits::eColorAttachmentWrite;
-constexpr vk::AccessFlags kReads =
-    vk::AccessFlagBits::eShaderRead | vk::AccessFlagBits::eShaderWrite | vk::AccessFlagBits::eTransferRead |
-    vk::AccessFlagBits::eTransferWrite | vk::AccessFlagBits::eHostRead | vk::AccessFlagBits::eUniformRead |
-    vk::AccessFlagBits::eVertexAttributeRead | vk::AccessFlagBits::eColorAttachmentWrite;
+constexpr vk::AccessFlags kReads = vk::AccessFlagBits::eShaderRead | vk::AccessFlagBits::eShaderWrite |
+                                   vk::AccessFlagBits::eTransferRead | vk::AccessFlagBits::eTransferWrite |
+                                   vk::AccessFlagBits::eHostRead | vk::AccessFlagBits::eUniformRead |
+                                   vk::AccessFlagBits::eVertexAttributeRead | vk::AccessFlagBits::eIndexRead |
+                                   vk::AccessFlagBits::eColorAttachmentWrite;
 
 // What is done to an image in a layout.
 vk::AccessFlags access_of(vk::ImageLayout layout) {

@@ -116,10 +116,12 @@ Result<VulkanRenderer> VulkanRenderer::open(const btfc_texture* texture, const V
                                             std::uint32_t height) {
   const auto vertex = general_shader("btfc_render.vert");
   if (!vertex) return vertex.error();
+  const Result<ShaderData> data = shader_data(texture);
+  if (!data) return data.error();
   Result<std::unique_ptr<VulkanDevice>> device = VulkanDevice::open({}, options.validation);
   if (!device) return device.error();
   return vulkan_call([&]() -> Result<VulkanRenderer> {
-    auto held = std::make_unique<VulkanTexture>(std::move(*device), texture, options);
+    auto held = std::make_unique<VulkanTexture>(std::move(*device), *data, texture, options);
     if (options.window.width > 0) {
       if (const auto done = held->prepare(options.window); !done) return done.error();
     }

@@ -2,7 +2,8 @@
 // btfc_dump_words IN.btfc OUT.u32 [--window X,Y,W,H]: 32-bit words of the machine: the number of maps; of
 // each map the number of its params and these; of each of the four slots the number of its words and these.
 // With a window of a random field they are those of a prepared texture: params that speak of the window, the
-// atlas in slot 2.
+// atlas in slot 2. Printed is what `btfc size` would of its parameters, by the same code; the command takes
+// long to start.
 #include <cinttypes>
 #include <cstdint>
 #include <cstdio>
@@ -12,6 +13,8 @@
 #include "decoder/field_plan.h"
 #include "decoder/handles.h"
 #include "encoder/output/atomic_file.h"
+#include "tools/file_source.h"
+#include "tools/size_report.h"
 #include "tools/texture_file.h"
 
 namespace {
@@ -50,6 +53,15 @@ bool all_words(const btfc_texture* texture, Words& out) {
   return true;
 }
 
+bool print_size(const char* path) {
+  const Result<FileSource> file = FileSource::open(path);
+  if (!file) return false;
+  const Result<OpenedFile> opened = open_file(file->source());
+  if (!opened) return false;
+  std::puts(size_json(opened->head, opened->layout).dump().c_str());
+  return true;
+}
+
 // What the GPU's passes would make of the window, made here.
 Result<Done> prepare(btfc_texture& texture, const GpuWindow& window) {
   if (texture.model->prepare == nullptr) return bad_argument("this model prepares nothing");
@@ -81,7 +93,7 @@ int main(int argc, char** argv) {
     return 4;
   }
   Words words;
-  if (!all_words(texture->get(), words)) return 4;
+  if (!all_words(texture->get(), words) || !print_size(argv[1])) return 4;
   Bytes raw(words.size() * sizeof(std::uint32_t));
   std::memcpy(raw.data(), words.data(), raw.size());
   return write_file(argv[2], raw) ? 0 : 2;

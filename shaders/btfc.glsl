@@ -30,13 +30,15 @@ layout(constant_id = 2) const uint BTFC_FILTER = 0u;
 #define BTFC_MOST_TAPS 4u
 #endif
 
-// What the models' headers read words by, and bound loops by whose ends are data.
+// What the models' headers read words by, and keep by within bounds what nobody may have checked: ends of loops,
+// divisors.
 uint btfc_word(uint handle, uint slot, uint index) {
   if (BTFC_ROBUST == 0u) return btfc_fetch(handle, slot, index);
   uint size = slot < 4u ? btfc_fetch_size(handle, slot) : 0u;
   return size == 0u ? 0u : btfc_fetch(handle, slot, min(index, size - 1u));
 }
 uint btfc_bound(uint value, uint most) { return BTFC_ROBUST == 0u ? value : min(value, most); }
+uint btfc_least(uint value, uint least) { return BTFC_ROBUST == 0u ? value : max(value, least); }
 
 #include "btfc_model_ids.h"
 #include "btfc_query.h"
@@ -49,88 +51,6 @@ uint btfc_bound(uint value, uint most) { return BTFC_ROBUST == 0u ? value : min(
 #include "models/pcarf.h"
 #include "models/plm.h"
 #include "models/ptm.h"
-
-// ---- parameters from words. A count that is not the struct's does not compile.
-
-#define BTFC_P(i) btfc_param(handle, i)
-#define BTFC_P4(i) BTFC_P(i), BTFC_P(i + 1u), BTFC_P(i + 2u), BTFC_P(i + 3u)
-#define BTFC_P16(i) BTFC_P4(i), BTFC_P4(i + 4u), BTFC_P4(i + 8u), BTFC_P4(i + 12u)
-
-PatchParams patch_params(uint handle) {
-  PatchParams p = PatchParams(BTFC_P4(0u), BTFC_P4(4u), BTFC_P4(8u), BTFC_P(12u), BTFC_P(13u), BTFC_P(14u));
-  if (BTFC_ROBUST != 0u) {
-    p.overlap = max(p.overlap, 1u);
-    p.patch_size = max(p.patch_size, p.overlap + 1u);
-    p.patch_count_x = max(p.patch_count_x, 1u);
-    p.patch_count_y = max(p.patch_count_y, 1u);
-  }
-  return p;
-}
-GmParams gm_params(uint handle) {
-  GmParams p = GmParams(BTFC_P16(0u), BTFC_P(16u), BTFC_P(17u), BTFC_P(18u));
-  if (BTFC_ROBUST != 0u) {
-    p.channels = min(p.channels, 4u);
-    p.components = min(p.components, btfc_fetch_size(handle, GM_COMPONENTS) / GM_STRIDE);
-    p.mean_rank = min(p.mean_rank, 255u);
-  }
-  return p;
-}
-PtmParams ptm_params(uint handle) {
-  PtmParams p = PtmParams(BTFC_P4(0u), BTFC_P4(4u), BTFC_P4(8u));
-  if (BTFC_ROBUST != 0u) {
-    p.channels = min(p.channels, 4u);
-    p.terms = min(p.terms, 6u);
-    p.rows_per_slot = max(p.rows_per_slot, 1u);
-  }
-  return p;
-}
-PlmParams plm_params(uint handle) {
-  PlmParams p = PlmParams(BTFC_P16(0u), BTFC_P4(16u));
-  if (BTFC_ROBUST != 0u) {
-    p.channels = min(p.channels, 4u);
-    p.rows_per_slot = max(p.rows_per_slot, 1u);
-  }
-  return p;
-}
-PcarfParams pcarf_params(uint handle) {
-  PcarfParams p = PcarfParams(BTFC_P16(0u), BTFC_P(16u), BTFC_P(17u));
-  if (BTFC_ROBUST != 0u) {
-    p.channels = min(p.channels, 4u);
-    p.rank = min(p.rank, 255u);
-    p.rows_per_slot = max(p.rows_per_slot, 1u);
-  }
-  return p;
-}
-PcaParams pca_params(uint handle) {
-  PcaParams p = PcaParams(BTFC_P16(0u), BTFC_P(16u));
-  if (BTFC_ROBUST != 0u) {
-    p.channels = min(p.channels, 4u);
-    p.rank = min(p.rank, 255u);
-    p.rows_per_slot = max(p.rows_per_slot, 1u);
-  }
-  return p;
-}
-LpcaParams lpca_params(uint handle) {
-  LpcaParams p = LpcaParams(BTFC_P16(0u), BTFC_P4(16u));
-  if (BTFC_ROBUST != 0u) {
-    p.channels = min(p.channels, 4u);
-    p.rank = min(p.rank, 255u);
-    p.rows_per_slot = max(p.rows_per_slot, 1u);
-  }
-  return p;
-}
-FieldParams field_params(uint handle) {
-  FieldParams p = FieldParams(BTFC_P16(0u), BTFC_P4(16u), BTFC_P4(20u), BTFC_P(24u), BTFC_P(25u), BTFC_P(26u));
-  if (BTFC_ROBUST != 0u) {
-    p.channels = min(p.channels, 4u);
-    p.all_channels = clamp(p.all_channels, 1u, FIELD_MOST_FACTORS);
-    p.first_channel = min(p.first_channel, p.all_channels - 1u);
-    p.levels = clamp(p.levels, 1u, 8u);
-    p.knots = min(p.knots, 64u);
-    p.index_bits = min(p.index_bits, 15u);
-  }
-  return p;
-}
 
 // ---- the eval dispatch: a row a model
 

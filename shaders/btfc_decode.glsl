@@ -21,25 +21,32 @@ layout(push_constant, std430) uniform Push {
   uint source;
 } push;
 
+// A query of the image.
+struct Listed {
+  uvec4 place;
+  vec3 view, light;
+};
+
+Listed listed(uvec2 at) {
+  ivec2 first = ivec2(int(3u * at.x), int(at.y));
+  return Listed(imageLoad(queries, first), uintBitsToFloat(imageLoad(queries, first + ivec2(1, 0)).xyz),
+                uintBitsToFloat(imageLoad(queries, first + ivec2(2, 0)).xyz));
+}
+
 #ifdef DECODE_SAMPLES
 // Arguments of btfc_sample: (u, v, free, footprint) in place of (x, y, …).
 vec4 decode_value(uvec2 at) {
-  ivec2 first = ivec2(int(3u * at.x), int(at.y));
-  vec4 place = uintBitsToFloat(imageLoad(queries, first));
-  vec3 view = uintBitsToFloat(imageLoad(queries, first + ivec2(1, 0)).xyz);
-  vec3 light = uintBitsToFloat(imageLoad(queries, first + ivec2(2, 0)).xyz);
-  return btfc_sample(0u, place.xy, view, light, place.w);
+  Listed own = listed(at);
+  vec4 place = uintBitsToFloat(own.place);
+  return btfc_sample(0u, place.xy, own.view, own.light, place.w);
 }
 #else
 vec4 decode_value(uvec2 at) {
   ivec2 texel = ivec2(uvec2(push.origin) + at);  // wraps, as coordinates do
   BtfcQuery query = BtfcQuery(texel, push.level, push.view.xyz, push.light.xyz, push.view.w);
   if (push.source == DECODE_QUERIES) {
-    ivec2 first = ivec2(int(3u * at.x), int(at.y));
-    uvec4 place = imageLoad(queries, first);
-    vec3 view = uintBitsToFloat(imageLoad(queries, first + ivec2(1, 0)).xyz);
-    vec3 light = uintBitsToFloat(imageLoad(queries, first + ivec2(2, 0)).xyz);
-    query = BtfcQuery(ivec2(place.xy), place.z, view, light, uintBitsToFloat(place.w));
+    Listed own = listed(at);
+    query = BtfcQuery(ivec2(own.place.xy), own.place.z, own.view, own.light, uintBitsToFloat(own.place.w));
   }
   return btfc_eval(0u, query);
 }

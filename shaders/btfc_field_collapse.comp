@@ -8,7 +8,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 void main() {
-  FieldParams p = field_params_of_ubo();
+  FieldParams p = field_params(0u);
   FieldAtlasLevel a = field_atlas_level(p, push.level);
   uint factors = field_unit_factors(p), unit = gl_WorkGroupID.z / factors;
   FieldUnit u = field_unit(0u, p, a, push.level, push.unit + unit);

@@ -8,7 +8,7 @@
 layout(local_size_x = FIELD_LANES) in;
 
 void main() {
-  FieldParams p = field_params_of_ubo();
+  FieldParams p = field_params(0u);
   FieldAtlasLevel a = field_atlas_level(p, push.level);
   FieldUnit u = field_unit(0u, p, a, push.level, push.unit + gl_WorkGroupID.x);
   uint first = gl_WorkGroupID.x * field_unit_words(0u, p, a, push.level);

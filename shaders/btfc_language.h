@@ -1,8 +1,8 @@
 // Makes one text compile as GLSL 4.60 and as C++20: types, qualifiers, and how data is read.
 //
-// GLSL: the including shader defines, before any model header, `uint btfc_word(uint handle, uint slot, uint
-// index)` and `uint btfc_bound(uint value, uint most)`, as btfc.glsl does. C++: words come from a BtfcWords.
-// Floating point is built with -ffp-contract=off, see CMakeLists.txt.
+// GLSL: the including shader defines, before any model header, btfc_word(), btfc_param(), btfc_bound() and
+// btfc_least(), as btfc.glsl says. C++: words come from a BtfcWords. Floating point is built with
+// -ffp-contract=off, see CMakeLists.txt.
 #ifndef BTFC_LANGUAGE_H
 #define BTFC_LANGUAGE_H
 
@@ -58,6 +58,12 @@ inline float uintBitsToFloat(uint u) { return std::bit_cast<float>(u); }
 #define BTFC_OUT(T) out T
 #define BTFC_INOUT(T) inout T
 #define BTFC_PRECISE precise
+
+// Words of a map's parameters, as arguments of its struct: a number that is not the struct's does not
+// compile.
+#define BTFC_P(i) btfc_param(handle, i)
+#define BTFC_P4(i) BTFC_P(i), BTFC_P(i + 1u), BTFC_P(i + 2u), BTFC_P(i + 3u)
+#define BTFC_P16(i) BTFC_P4(i), BTFC_P4(i + 4u), BTFC_P4(i + 8u), BTFC_P4(i + 12u)
 
 #endif
 

@@ -5,6 +5,9 @@
 
 BTFC_BEGIN
 
+// Footprints beyond count as this, texels.
+const float BTFC_MOST_FOOTPRINT = 1048576.0f;
+
 struct BtfcQuery {
   ivec2 texel;  // any; outside the texture the file's wrap rule applies
   uint level;   // 0 is full resolution; models without levels ignore it

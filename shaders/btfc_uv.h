@@ -4,6 +4,7 @@
 #define BTFC_UV_H
 #include "btfc_language.h"
 #include "btfc_math.h"
+#include "btfc_query.h"
 
 BTFC_BEGIN
 
@@ -13,7 +14,6 @@ const uint BTFC_REPEAT = 1u;
 const uint BTFC_UNBOUNDED = 2u;
 
 const float BTFC_MOST_PLACE = 2147483520.0f;  // the largest float below 2^31
-const float BTFC_MOST_FOOTPRINT = 1048576.0f;
 
 // On the bits: a compiler may take it for granted that there is no NaN.
 BTFC_FN bool btfc_finite(float f) { return (floatBitsToUint(f) & 0x7f800000u) != 0x7f800000u; }

@@ -47,7 +47,6 @@ TOLERANCE = 1e-5  # of the file's largest value
 NOISE_INTEGERS = 45  # of one noise
 LOBE_SKIPPED, MAXIMUM, LOG_PRICE, ANGLES_PRICE = 44, 21, 27, 126
 GM_TRANSFORM = 17  # word of GmParams
-NUMBERS = {"patch": 1, "gm": 2, "car": 3, "ptm": 4, "plm": 5, "pcarf": 6, "pca": 7, "lpca": 8, "gmrf": 9, "car3d": 10}
 RESPONSES, ATLAS = 1, 2  # slots
 QUICK, MOST_OPERATIONS = 20000, 1200000  # texels that many are interpreted of, or one; beyond, none
 PARAMS, QUERIES, VALUES = 4, 5, 6  # bindings beyond the slots'
@@ -93,7 +92,7 @@ class Shader:
     def compiled(cls, glslang, source, folder, model):
         """As shaders/CMakeLists.txt does, but with names."""
         spirv = folder / f"{model}.spv"
-        run(glslang, "--quiet", "-V", "--target-env", "vulkan1.1", f"-DBTFC_MODEL={NUMBERS[model]}u",
+        run(glslang, "--quiet", "-V", "--target-env", "vulkan1.1", f"-DBTFC_MODEL=BTFC_MODEL_{model.upper()}",
             source / "shaders/btfc_decode.comp", "-o", spirv)
         return cls(spirv)
 

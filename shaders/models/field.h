@@ -45,6 +45,21 @@ struct FieldParams {
   uint atlas_x, atlas_y, atlas_width, atlas_height;
 };
 
+#ifndef __cplusplus
+// From words; in robust mode within what loops and divisions bear.
+FieldParams field_params(uint handle) {
+  FieldParams p =
+      FieldParams(BTFC_P16(0u), BTFC_P4(16u), BTFC_P4(20u), BTFC_P(24u), BTFC_P(25u), BTFC_P(26u));
+  p.channels = btfc_bound(p.channels, 4u);
+  p.all_channels = btfc_least(btfc_bound(p.all_channels, FIELD_MOST_FACTORS), 1u);
+  p.first_channel = btfc_bound(p.first_channel, p.all_channels - 1u);
+  p.levels = btfc_least(btfc_bound(p.levels, 8u), 1u);
+  p.knots = btfc_bound(p.knots, 64u);
+  p.index_bits = btfc_bound(p.index_bits, 15u);
+  return p;
+}
+#endif
+
 // ---- noise
 
 // M. Jarzynski, M. Olano, Hash functions for GPU rendering, JCGT 9(3), 2020: pcg3d.

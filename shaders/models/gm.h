@@ -31,8 +31,6 @@ const uint GM_MOST_GATES = 32u;
 const float GM_LEAST_Z = 0.2f;
 // Below any gate of a valid file: what has it never counts.
 const float GM_NEVER = -1.0e30f;
-// Footprints beyond count as this, texels.
-const float GM_MOST_FOOTPRINT = 1048576.0f;
 // 1 / sigma^2 = 2 ln 2 scale.
 const float GM_TWO_LN2 = 1.38629436f;
 
@@ -64,6 +62,17 @@ struct GmParams {
   uint transform;
   uint onion;  // 1: the printed angles, whose second is never below 0
 };
+
+#ifndef __cplusplus
+// From words; in robust mode within what loops and divisions bear.
+GmParams gm_params(uint handle) {
+  GmParams p = GmParams(BTFC_P16(0u), BTFC_P(16u), BTFC_P(17u), BTFC_P(18u));
+  p.channels = btfc_bound(p.channels, 4u);
+  p.components = btfc_bound(p.components, 65536u);
+  p.mean_rank = btfc_bound(p.mean_rank, 255u);
+  return p;
+}
+#endif
 
 // Onion-slice angles, signed: asin(x), atan2(y, z). The printed arccos(cos theta / cos xi) is the latter's
 // absolute value, which folds mirror directions together. asin by way of atan2: exact near the poles.
@@ -129,7 +138,7 @@ BTFC_FN GmWider gm_wider(float scale_x, float scale_y, float variance) {
 // The variance of a box of so many texels beyond that of a texel, of which values are means already.
 BTFC_FN float gm_variance(float footprint) {
   if (!(footprint > 1.0f)) return 0.0f;
-  float f = footprint < GM_MOST_FOOTPRINT ? footprint : GM_MOST_FOOTPRINT;
+  float f = footprint < BTFC_MOST_FOOTPRINT ? footprint : BTFC_MOST_FOOTPRINT;
   return (f * f - 1.0f) / 12.0f;
 }
 

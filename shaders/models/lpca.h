@@ -37,6 +37,17 @@ struct LpcaParams {
   uint rows_per_slot;
 };
 
+#ifndef __cplusplus
+// From words; in robust mode within what loops and divisions bear.
+LpcaParams lpca_params(uint handle) {
+  LpcaParams p = LpcaParams(BTFC_P16(0u), BTFC_P4(16u));
+  p.channels = btfc_bound(p.channels, 4u);
+  p.rank = btfc_bound(p.rank, 255u);
+  p.rows_per_slot = btfc_least(p.rows_per_slot, 1u);
+  return p;
+}
+#endif
+
 BTFC_FN uint lpca_cluster(BTFC_WORDS words, BTFC_IN(LpcaParams) p, uint texel) {
   uint shift = p.cluster_bits == 8u ? 2u : 1u;  // log2 of the numbers a word
   uint word = btfc_word(words, 0u, p.cluster_word + (texel >> shift));

@@ -35,6 +35,18 @@ struct PatchParams {
   uint sample_type;
 };
 
+#ifndef __cplusplus
+// From words; in robust mode within what loops and divisions bear.
+PatchParams patch_params(uint handle) {
+  PatchParams p = PatchParams(BTFC_P4(0u), BTFC_P4(4u), BTFC_P4(8u), BTFC_P(12u), BTFC_P(13u), BTFC_P(14u));
+  p.overlap = btfc_least(p.overlap, 1u);
+  p.patch_size = btfc_least(p.patch_size, p.overlap + 1u);
+  p.patch_count_x = btfc_least(p.patch_count_x, 1u);
+  p.patch_count_y = btfc_least(p.patch_count_y, 1u);
+  return p;
+}
+#endif
+
 // Patch (i, j) = column and row in the grid of patches.
 BTFC_FN uvec2 patch_coordinates(BTFC_WORDS words, BTFC_IN(PatchParams) p, uint i, uint j) {
   uint number = j * p.patch_count_x + i;

@@ -29,6 +29,17 @@ struct PcaParams {
   uint rows_per_slot;
 };
 
+#ifndef __cplusplus
+// From words; in robust mode within what loops and divisions bear.
+PcaParams pca_params(uint handle) {
+  PcaParams p = PcaParams(BTFC_P16(0u), BTFC_P(16u));
+  p.channels = btfc_bound(p.channels, 4u);
+  p.rank = btfc_bound(p.rank, 255u);
+  p.rows_per_slot = btfc_least(p.rows_per_slot, 1u);
+  return p;
+}
+#endif
+
 // alpha_k under nine pairs of directions; k from 0.
 BTFC_FN float pca_weight(BTFC_WORDS words, BTFC_IN(PcaParams) p, BTFC_IN(BtfcCorners) view,
                          BTFC_IN(BtfcCorners) light, uint k) {

@@ -31,6 +31,17 @@ struct PcarfParams {
   uint rows_per_slot;
 };
 
+#ifndef __cplusplus
+// From words; in robust mode within what loops and divisions bear.
+PcarfParams pcarf_params(uint handle) {
+  PcarfParams p = PcarfParams(BTFC_P16(0u), BTFC_P(16u), BTFC_P(17u));
+  p.channels = btfc_bound(p.channels, 4u);
+  p.rank = btfc_bound(p.rank, 255u);
+  p.rows_per_slot = btfc_least(p.rows_per_slot, 1u);
+  return p;
+}
+#endif
+
 // alpha_vk under three lights; k from 0.
 BTFC_FN float pcarf_weight(BTFC_WORDS words, BTFC_IN(PcarfParams) p, uint view, BTFC_IN(BtfcCorners) light,
                            uint k) {

@@ -40,6 +40,16 @@ struct PlmParams {
   uint rows_per_slot;
 };
 
+#ifndef __cplusplus
+// From words; in robust mode within what loops and divisions bear.
+PlmParams plm_params(uint handle) {
+  PlmParams p = PlmParams(BTFC_P16(0u), BTFC_P4(16u));
+  p.channels = btfc_bound(p.channels, 4u);
+  p.rows_per_slot = btfc_least(p.rows_per_slot, 1u);
+  return p;
+}
+#endif
+
 // All that a texel's value needs to know of its directions.
 struct PlmState {
   uvec3 view;

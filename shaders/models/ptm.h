@@ -25,6 +25,17 @@ struct PtmParams {
   uint rows_per_slot;
 };
 
+#ifndef __cplusplus
+// From words; in robust mode within what loops and divisions bear.
+PtmParams ptm_params(uint handle) {
+  PtmParams p = PtmParams(BTFC_P4(0u), BTFC_P4(4u), BTFC_P4(8u));
+  p.channels = btfc_bound(p.channels, 4u);
+  p.terms = btfc_bound(p.terms, 6u);
+  p.rows_per_slot = btfc_least(p.rows_per_slot, 1u);
+  return p;
+}
+#endif
+
 // All that a texel's value needs to know of its directions.
 struct PtmState {
   uvec3 view;

@@ -13,13 +13,6 @@ namespace {
 
 using namespace btfc;
 
-// What the pointers of a plan point to.
-struct OwnedPlan {
-  btfc_gpu_plan_info info{};
-  std::vector<btfc_gpu_pass> passes;
-  std::vector<btfc_gpu_params> params;
-};
-
 static_assert(BTFC_MODEL_PATCH == static_cast<uint>(ModelId::patch) &&
               BTFC_MODEL_GM == static_cast<uint>(ModelId::gm) &&
               BTFC_MODEL_CAR == static_cast<uint>(ModelId::car) &&
@@ -40,34 +33,31 @@ btfc_gpu_pass pass_of(const GpuPass& from) {
   return pass;
 }
 
-std::unique_ptr<OwnedPlan> plan_of(const LoadedItem& item, const GpuPrepare& prepare,
-                                   std::uint32_t fixed_params) {
-  auto plan = std::make_unique<OwnedPlan>();
-  btfc_gpu_plan_info& info = plan->info;
-  info.model = static_cast<std::uint32_t>(item.head.model);
-  for (std::size_t slot = 0; slot < kWordSlots; ++slot) {
-    info.words_upload[slot] = 4 * item.words[slot].size();
-    info.words_size[slot] =
-        4 * std::max<std::uint64_t>({item.words[slot].size(), prepare.made_words[slot], 1});
-  }
-  info.scratch_size = prepare.scratch_bytes;
-  for (const GpuPass& pass : prepare.passes) plan->passes.push_back(pass_of(pass));
-  for (const std::vector<std::uint32_t>& words : prepare.map_params) {
-    btfc_gpu_params& params = plan->params.emplace_back();
-    std::copy(words.begin(), words.end(), params.words);
-  }
-  info.passes = plan->passes.data();
-  info.pass_count = static_cast<std::uint32_t>(plan->passes.size());
-  info.params = plan->params.data();
-  info.map_count = static_cast<std::uint32_t>(plan->params.size());
-  info.fixed_params = fixed_params;
-  return plan;
-}
-
 }  // namespace
 
 struct btfc_gpu_plan {
-  std::unique_ptr<OwnedPlan> owned;
+  btfc_gpu_plan(const LoadedItem& item, const GpuPrepare& prepare, std::uint32_t fixed_params) {
+    info.model = static_cast<std::uint32_t>(item.head.model);
+    for (std::size_t slot = 0; slot < kWordSlots; ++slot) {
+      info.words_upload[slot] = 4 * item.words[slot].size();
+      info.words_size[slot] =
+          4 * std::max<std::uint64_t>({item.words[slot].size(), prepare.made_words[slot], 1});
+    }
+    info.scratch_size = prepare.scratch_bytes;
+    for (const GpuPass& pass : prepare.passes) passes.push_back(pass_of(pass));
+    for (const std::vector<std::uint32_t>& words : prepare.map_params)
+      std::copy(words.begin(), words.end(), params.emplace_back().words);
+    info.passes = passes.data();
+    info.pass_count = static_cast<std::uint32_t>(passes.size());
+    info.params = params.data();
+    info.map_count = static_cast<std::uint32_t>(params.size());
+    info.fixed_params = fixed_params;
+  }
+
+  btfc_gpu_plan_info info{};
+  // What its pointers point to.
+  std::vector<btfc_gpu_pass> passes;
+  std::vector<btfc_gpu_params> params;
 };
 
 size_t btfc_gpu_params_size(const btfc_texture* texture, uint32_t map) {
@@ -119,20 +109,18 @@ btfc_result btfc_gpu_plan_new(const btfc_texture* texture, const btfc_gpu_window
     if (window != nullptr) wanted = {window->x, window->y, window->width, window->height};
     GpuPrepare prepare;
     prepare.map_params = texture->item.map_params;
-    if (texture->model->prepare != nullptr && wanted.width != 0 && wanted.height != 0) {
+    if (texture->model->prepare != nullptr) {
       Result<GpuPrepare> made = texture->model->prepare(texture->item, wanted);
       if (!made) return report(made.error(), error);
       prepare = *std::move(made);
     }
-    auto plan = std::make_unique<btfc_gpu_plan>();
-    plan->owned = plan_of(texture->item, prepare, texture->model->fixed_params);
-    *plan_ret = plan.release();
+    *plan_ret = new btfc_gpu_plan(texture->item, prepare, texture->model->fixed_params);
     return BTFC_OK;
   });
 }
 
 const btfc_gpu_plan_info* btfc_gpu_plan_get(const btfc_gpu_plan* plan) {
-  return plan != nullptr ? &plan->owned->info : nullptr;
+  return plan != nullptr ? &plan->info : nullptr;
 }
 
 void btfc_gpu_plan_free(btfc_gpu_plan* plan) { delete plan; }

@@ -275,7 +275,7 @@ BTFC_API btfc_result btfc_gpu_plane_info(const btfc_texture* texture, uint32_t p
  * the whole period. Textures that are not unbounded ignore it. */
 typedef struct btfc_gpu_window {
   int32_t x, y;           /* of level 0 */
-  uint32_t width, height; /* 0: nothing is prepared */
+  uint32_t width, height; /* both 0: nothing is prepared */
 } btfc_gpu_window;
 
 /* A compute dispatch. Bindings, set 0: 0 and 1 word arrays 0 and 1, 2 word array 2 (written), 3 the scratch

@@ -9,15 +9,40 @@
 
 namespace btfc::test {
 
+namespace {
+
+// Whether the smallest file that shaders decode can be opened.
+Result<Done> open_smallest(bool validation) {
+  const Bytes file = encode("patch", noise(16, 16, 1, SampleType::unorm8),
+                            {{"size", "16x16"}, {"sample", "0,0,16,16"}, {"wb", "8"}, {"we", "2"}});
+  const TexturePtr texture = load(file);
+  VulkanOptions options;
+  options.validation = validation;
+  const Result<VulkanDecoder> decoder = VulkanDecoder::open(texture.get(), options);
+  return decoder ? Result<Done>(Done{}) : Result<Done>(decoder.error());
+}
+
+}  // namespace
+
 const std::string& why_no_shaders() {
   static const std::string why = [] {
-    const Bytes file = encode("patch", noise(16, 16, 1, SampleType::unorm8),
-                              {{"size", "16x16"}, {"sample", "0,0,16,16"}, {"wb", "8"}, {"we", "2"}});
-    const TexturePtr texture = load(file);
-    const Result<VulkanDecoder> decoder = VulkanDecoder::open(texture.get(), {});
-    return decoder ? std::string() : decoder.error().message;
+    const Result<Done> opened = open_smallest(false);
+    if (opened) return std::string();
+    // Anything else is a fault, and no reason to skip.
+    EXPECT_EQ(opened.error().status, Status::unsupported) << opened.error().message;
+    return opened.error().status == Status::unsupported ? opened.error().message : std::string();
   }();
   return why;
+}
+
+bool validation_installed() {
+  static const bool installed = [] {
+    const Result<Done> opened = open_smallest(true);
+    if (opened) return true;
+    EXPECT_NE(opened.error().message.find("not installed"), std::string::npos) << opened.error().message;
+    return false;
+  }();
+  return installed;
 }
 
 Difference difference(std::span<const float> expected, std::span<const float> got, std::uint32_t channels) {

@@ -13,6 +13,9 @@ namespace btfc::test {
 // Why there is no device for the shaders here; empty where there is one.
 const std::string& why_no_shaders();
 
+// Whether the validation layer is there.
+bool validation_installed();
+
 struct Difference {
   std::size_t values = 0, differing = 0;
   double rmse = 0, worst = 0;  // over max(1, size of the value)

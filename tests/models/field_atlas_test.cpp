@@ -24,14 +24,8 @@ constexpr std::int32_t kLow = std::numeric_limits<std::int32_t>::min(),
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 constexpr ModelId kModels[] = {ModelId::car, ModelId::gmrf, ModelId::car3d};
 
-// Several subspaces, two maps, tables; any directions.
 FieldRecipe rich(ModelId model) {
-  FieldRecipe recipe;
-  recipe.model = model;
-  recipe.channels = {3, 1};
-  recipe.rings = 2;
-  recipe.clusters = 5;
-  recipe.knots = 5;
+  FieldRecipe recipe = rich_recipe(model);
   recipe.torus_log2 = 4;
   return recipe;
 }

@@ -84,12 +84,7 @@ std::vector<float> one_by_one(const TexturePtr& texture, std::span<const btfc_qu
 }
 
 FieldRecipe rich(ModelId model) {
-  FieldRecipe recipe;
-  recipe.model = model;
-  recipe.channels = {3, 1};
-  recipe.rings = 2;
-  recipe.clusters = 5;
-  recipe.knots = 5;
+  FieldRecipe recipe = rich_recipe(model);
   recipe.range_width = 8;
   recipe.range_height = 6;
   return recipe;

@@ -62,6 +62,16 @@ std::uint64_t random_mask(SplitMix64& random, std::uint32_t count) {
   return mask;
 }
 
+FieldRecipe rich_recipe(ModelId model) {
+  FieldRecipe recipe;
+  recipe.model = model;
+  recipe.channels = {3, 1};
+  recipe.rings = 2;
+  recipe.clusters = 5;
+  recipe.knots = 5;
+  return recipe;
+}
+
 MadeField make_field(const FieldRecipe& r) {
   MadeField made;
   SplitMix64 random(r.seed * 7919 + 3);

@@ -22,6 +22,9 @@ struct FieldRecipe {
   double spread = 0.1;  // of the noise
 };
 
+// Several subspaces under directions, two maps, tables.
+FieldRecipe rich_recipe(ModelId model);
+
 struct MadeField {
   Head head;
   FieldShape shape;

@@ -781,6 +781,7 @@ class DecodeTest(CommandTest):
         self.fails(UNSUPPORTED, *bench, "--device", "vulkan", says="no Vulkan device", **without)
         self.assertNotIn("vulkan_device", json.loads(run(*bench, "--json", **without).stdout))
         self.fails(USAGE, *decode[:-1], "cuda", says="cuda")
+        self.fails(USAGE, "decode", self.file, "-o", out, "--validation", says="--device vulkan")
         done = run(*decode, "--json")
         if done.returncode == UNSUPPORTED:
             self.skipTest(done.stderr.strip())
@@ -1127,6 +1128,7 @@ class RenderTest(CommandTest):
         refuses(1, "output format", out="out.jpg")
         refuses(1, "nope", "--map", "nope")
         refuses(1, "no data set", "--crop", "0,0,4,4")
+        refuses(1, "for --env", "--env-lights", "5")
         refuses(2, "none.btfc", source=self.path("none.btfc"))
         refuses(3, "text.btfc", source=self.path("text.btfc"))
         refuses(2, "none.hdr", "--env", self.path("none.hdr"))

@@ -253,10 +253,11 @@ std::optional<int> write_exchanged(const Arguments& a) {
   const FileExchange* exchange = fitter(opened->head.model).exchange;
   if (exchange == nullptr || extension != exchange->extension) return std::nullopt;
   if (!a.map.empty() || !a.region.empty() || !a.view.empty() || !a.light.empty() || !a.directions.empty() ||
-      a.levels || a.footprint || a.window() || a.period != 0 || !a.relief.empty()) {
+      a.levels || a.footprint || a.window() || a.period != 0 || !a.relief.empty() || a.device != "cpu") {
     return stop(bad_argument(
         fmt::format("a .{} file takes all there is, without --map, --region, --view, "
-                    "--light, --directions, --levels, --footprint, --size, --origin, --periodic, --relief",
+                    "--light, --directions, --levels, --footprint, --size, --origin, --periodic, --relief, "
+                    "--device",
                     extension)));
   }
   const Result<Bytes> bytes = exchange->write(opened->head, opened->parm, chunk_reader(source, *opened));
@@ -269,6 +270,7 @@ std::optional<int> write_exchanged(const Arguments& a) {
 
 int run(const Arguments& a) {
   const auto stop = [](const Error& e) { return fail("decode", e); };
+  if (a.validation && a.device != "vulkan") return stop(bad_argument("--validation is for --device vulkan"));
   if (const std::optional<int> code = write_exchanged(a)) return *code;
   btfc_selection selection{};
   selection.struct_size = sizeof selection;

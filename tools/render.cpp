@@ -25,7 +25,8 @@ constexpr std::uint32_t kMostSide = 4096;  // texels of an image that every devi
 struct Arguments {
   std::string input, output, map, size = "512x512", repeat, env, shape = "sphere";
   std::vector<std::string> lights;
-  std::uint32_t env_lights = 64, samples = 2, turntable = 0;
+  std::optional<std::uint32_t> env_lights;
+  std::uint32_t samples = 2, turntable = 0;
   double exposure = 0;
   bool validation = false;
   DatasetInput dataset;
@@ -84,6 +85,7 @@ Result<std::array<double, 2>> repeats(const Arguments& a, const ShapeKind& kind,
 }
 
 Result<std::vector<RenderLight>> lights_of(const Arguments& a) {
+  if (a.env_lights && a.env.empty()) return bad_argument("--env-lights is for --env");
   std::vector<RenderLight> lights;
   std::vector<std::string> named = a.lights;
   if (named.empty() && a.env.empty()) named = {"40,120"};
@@ -105,7 +107,7 @@ Result<std::vector<RenderLight>> lights_of(const Arguments& a) {
   if (!a.env.empty()) {
     const Result<Image> image = read_image(a.env);
     if (!image) return image.error();
-    const Result<std::vector<RenderLight>> more = environment_lights(*image, a.env_lights);
+    const Result<std::vector<RenderLight>> more = environment_lights(*image, a.env_lights.value_or(64));
     if (!more) return placed(a.env, more.error());
     lights.insert(lights.end(), more->begin(), more->end());
   }

@@ -14,8 +14,6 @@
 namespace btfc {
 namespace {
 
-constexpr std::uint64_t kMostTexels = 65536;  // clusters of model lpca
-
 // Rows are (texel, channel), columns pairs.
 CodedRows table_of(const Dataset& dataset, Precision precision) {
   const DatasetInfo& info = dataset.info();
@@ -57,12 +55,12 @@ Result<ExactTexture> exact_texture(const Dataset& dataset) {
   shape.clusters = static_cast<std::uint32_t>(texels);
   const std::uint64_t bytes =
       texels * info.channel_count() * (info.pairs.size() * element_bytes(shape.tables) + sizeof(RowScale));
-  if (texels > kMostTexels || bytes > kMaxChunkBytes) {
+  if (texels > kLpcaMostClusters || bytes > kMaxChunkBytes) {
     return Error{
         Status::limit,
         fmt::format("{}x{} texels under {} pairs are a table of {} bytes, expected at most {} texels and {} "
                     "bytes: choose fewer texels by --crop",
-                    info.width, info.height, info.pairs.size(), bytes, kMostTexels, kMaxChunkBytes),
+                    info.width, info.height, info.pairs.size(), bytes, kLpcaMostClusters, kMaxChunkBytes),
         "", 0};
   }
   LpcaPayload payload;

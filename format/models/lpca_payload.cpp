@@ -15,7 +15,6 @@ constexpr std::uint32_t kClus = four_cc("CLUS"), kCmea = four_cc("CMEA"), kCvec 
                         kCwgt = four_cc("CWGT");
 constexpr std::uint32_t kChunkTypes[] = {kClus, kCmea, kCvec, kCwgt, kDirs};
 constexpr std::uint64_t kParmBytes = 12;
-constexpr std::uint32_t kMostClusters = 65536;
 
 constexpr OptionSpec kOwnOptions[] = {
     {"clusters", "C", "clusters c of texels, 1 to 65536 (default 8)"},
@@ -99,7 +98,7 @@ const std::span<const std::uint32_t> kLpcaChunkTypes = kChunkTypes;
 const std::span<const OptionSpec> kLpcaSizeOptions = kSizeOptions;
 
 Result<LpcaShape> lpca_shape_from_options(const OptionValues& options) {
-  const auto clusters = parse_u32(options, "clusters", 1, kMostClusters);
+  const auto clusters = parse_u32(options, "clusters", 1, kLpcaMostClusters);
   if (!clusters) return clusters.error();
   const auto rank = parse_u32(options, "rank", 0, kLpcaMostRank);
   if (!rank) return rank.error();
@@ -122,10 +121,10 @@ Result<LpcaShape> read_lpca_parm(const Head& head, ByteView parm) {
     return invalid("LP1", 0, "PARM is not 12 bytes with precisions 0 to 2 and its reserved bytes 0");
   const LpcaShape s{load_u32(&parm[0]), load_u32(&parm[4]), static_cast<Precision>(parm[8]),
                     static_cast<Precision>(parm[9])};
-  if (s.clusters < 1 || s.clusters > kMostClusters || s.rank > kLpcaMostRank) {
+  if (s.clusters < 1 || s.clusters > kLpcaMostClusters || s.rank > kLpcaMostRank) {
     return invalid("LP1", 0,
                    fmt::format("PARM has {} clusters of rank {}, expected 1 to {} of at most {}", s.clusters,
-                               s.rank, kMostClusters, kLpcaMostRank));
+                               s.rank, kLpcaMostClusters, kLpcaMostRank));
   }
   if (const auto checked = check_table_head(head); !checked) return checked.error();
   if (index_bytes(head, s).saturated() > kMaxChunkBytes ||

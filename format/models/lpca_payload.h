@@ -10,6 +10,7 @@
 
 namespace btfc {
 
+inline constexpr std::uint32_t kLpcaMostClusters = 65536;
 inline constexpr std::uint32_t kLpcaMostRank = 255;  // a component is a level, and levels have 8 bits
 
 // PARM.

@@ -13,16 +13,15 @@ namespace {
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 constexpr std::uint64_t kBlockBytes = std::uint64_t{32} << 20, kStagingBytes = std::uint64_t{8} << 20;
 
-// Two remarks are about the checking itself and about whatever device is there, not about what is done with
-// it.
-constexpr const char* kAboutTheLayer[] = {"specialuse-extension-debugging", "VALIDATION-SETTINGS"};
+// What the layer says of being switched on: that VK_EXT_debug_utils is for debugging.
+constexpr const char* kOfTheLayerItself =
+    "UNASSIGNED-BestPractices-vkCreateInstance-specialuse-extension-debugging";
 
 VKAPI_ATTR VkBool32 VKAPI_CALL take_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
                                             VkDebugUtilsMessageTypeFlagsEXT,
                                             const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
   const std::string id = data->pMessageIdName != nullptr ? data->pMessageIdName : "";
-  const auto contains = [&](const char* part) { return id.find(part) != std::string::npos; };
-  if (!std::any_of(std::begin(kAboutTheLayer), std::end(kAboutTheLayer), contains))
+  if (id != kOfTheLayerItself)
     static_cast<std::vector<std::string>*>(user)->push_back(id + ": " + data->pMessage);
   return VK_FALSE;
 }
@@ -392,15 +391,6 @@ std::vector<std::byte> VulkanDevice::download(const GpuImage& from, std::uint32_
     barrier(commands);
   });
   return {to.mapped, to.mapped + size};
-}
-
-std::vector<std::byte> VulkanDevice::download(const GpuBuffer& from) {
-  const GpuBuffer& to = staging(from.size);
-  submit([&](const vk::raii::CommandBuffer& commands) {
-    commands.copyBuffer(*from.buffer, *to.buffer, vk::BufferCopy(0, 0, from.size));
-    barrier(commands);
-  });
-  return {to.mapped, to.mapped + from.size};
 }
 
 namespace {

@@ -71,6 +71,7 @@ class VulkanDevice {
   // What the validation layer said so far.
   const std::vector<std::string>& messages() const { return *messages_; }
 
+  // Memory goes back with the device, not before.
   GpuBuffer make_buffer(std::uint64_t size, vk::BufferUsageFlags usage, bool host_visible = false);
   GpuImage make_image(std::uint32_t width, std::uint32_t height, vk::Format format, vk::ImageUsageFlags usage,
                       vk::ImageAspectFlags aspect = vk::ImageAspectFlagBits::eColor);
@@ -103,7 +104,6 @@ class VulkanDevice {
   void upload(const GpuImage& to, std::span<const std::byte> bytes, vk::ImageLayout layout);
   // Of an image in layout eTransferSrcOptimal.
   std::vector<std::byte> download(const GpuImage& from, std::uint32_t texel_bytes);
-  std::vector<std::byte> download(const GpuBuffer& from);
 
  private:
   struct Block {

@@ -12,7 +12,13 @@
 namespace btfc {
 namespace {
 
-Error absent(const std::string& name) {
+// What the tools hold themselves.
+Result<std::span<const std::uint32_t>> own_shader(const std::string& name) {
+#ifdef BTFC_HAS_SPIRV
+  for (const auto& shader : btfc_model_spirv::kShaders) {
+    if (name == shader.name) return std::span(shader.words, shader.size / sizeof(std::uint32_t));
+  }
+#endif
   return unsupported("", 0, fmt::format("this btfc holds no shader '{}': built without glslang", name));
 }
 
@@ -21,7 +27,7 @@ Error absent(const std::string& name) {
 Result<std::span<const std::uint32_t>> general_shader(const std::string& entry) {
   std::size_t size = 0;
   const std::uint32_t* words = btfc_gpu_shader(entry.c_str(), &size);
-  if (words == nullptr) return absent(entry);
+  if (words == nullptr) return own_shader(entry);
   return std::span(words, size / sizeof(std::uint32_t));
 }
 
@@ -30,12 +36,7 @@ Result<std::span<const std::uint32_t>> model_shader(const std::string& entry, st
   const std::size_t dot = entry.find('.');
   const std::string name =
       entry.substr(0, dot) + '.' + find_model(static_cast<ModelId>(model))->name + entry.substr(dot);
-#ifdef BTFC_HAS_SPIRV
-  for (const auto& shader : btfc_model_spirv::kShaders) {
-    if (name == shader.name) return std::span(shader.words, shader.size / sizeof(std::uint32_t));
-  }
-#endif
-  return absent(name);
+  return own_shader(name);
 }
 
 }  // namespace btfc

@@ -213,18 +213,27 @@ const GpuImage& VulkanTexture::values_image(std::uint32_t width, std::uint32_t h
   return values_;
 }
 
+const GpuImage& VulkanTexture::queries_image(std::uint32_t width, std::uint32_t height,
+                                             std::span<const std::uint32_t> queries) {
+  const std::uint32_t none[4] = {};
+  const bool listed = !queries.empty();
+  const std::uint32_t columns = listed ? 3 * width : 1, rows = listed ? height : 1;
+  if (queries_.width == columns && queries_.height == rows && !listed) return queries_;
+  if (queries_.width != columns || queries_.height != rows) {
+    queries_ = device_->make_image(columns, rows, vk::Format::eR32G32B32A32Uint,
+                                   vk::ImageUsageFlagBits::eStorage | vk::ImageUsageFlagBits::eTransferDst);
+  }
+  device_->upload(queries_, std::as_bytes(listed ? queries : std::span<const std::uint32_t>(none)),
+                  vk::ImageLayout::eGeneral);
+  return queries_;
+}
+
 std::vector<float> VulkanTexture::decode(const std::string& entry, ShaderStage stage, std::uint32_t map,
                                          const DecodePush& push, std::span<const std::uint32_t> queries) {
   const std::uint32_t width = push.size[0], height = push.size[1];
   Decoding& d = decoding(entry, stage, map);
   const GpuImage& values = values_image(width, height);
-  const std::uint32_t none[4] = {};
-  const bool listed = !queries.empty();
-  GpuImage list =
-      device_->make_image(listed ? 3 * width : 1, listed ? height : 1, vk::Format::eR32G32B32A32Uint,
-                          vk::ImageUsageFlagBits::eStorage | vk::ImageUsageFlagBits::eTransferDst);
-  device_->upload(list, std::as_bytes(listed ? queries : std::span<const std::uint32_t>(none)),
-                  vk::ImageLayout::eGeneral);
+  const GpuImage& list = queries_image(width, height, queries);
   std::vector<GpuBinding> bound = bindings(map);
   bound.push_back({.type = Type::eStorageImage, .image = &list});
   if (stage == ShaderStage::compute) bound.push_back({.type = Type::eStorageImage, .image = &values});
@@ -368,7 +377,7 @@ Result<VulkanDecoder> VulkanDecoder::open(const btfc_texture* texture, const Vul
 }
 
 Result<Done> VulkanDecoder::prepare(const btfc_gpu_window& window) {
-  if (window.width == 0 || window.height == 0) return Done{};
+  if (window.width == 0 && window.height == 0) return Done{};
   return vulkan_call([&] { return texture_->prepare(window); });
 }
 

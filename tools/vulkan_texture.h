@@ -58,6 +58,9 @@ class VulkanTexture {
   void run(std::span<const btfc_gpu_pass> passes, std::uint64_t scratch_size);
   void write_params(std::span<const btfc_gpu_params> params);
   const GpuImage& values_image(std::uint32_t width, std::uint32_t height);
+  // With the queries, or of one texel where there are none.
+  const GpuImage& queries_image(std::uint32_t width, std::uint32_t height,
+                                std::span<const std::uint32_t> queries);
 
   std::unique_ptr<VulkanDevice> device_;
   const btfc_texture* texture_;
@@ -67,7 +70,7 @@ class VulkanTexture {
   std::array<GpuBuffer, BTFC_WORD_SLOTS> words_;
   GpuBuffer uniforms_, scratch_;
   std::uint64_t uniform_stride_ = 256;
-  GpuImage values_, no_queries_;
+  GpuImage values_, queries_;
   std::map<std::tuple<std::string, ShaderStage, std::uint32_t>, Decoding> decodings_;
   std::map<std::string, GpuPipeline> passes_;
 };

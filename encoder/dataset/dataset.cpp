@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "format/checked.h"
@@ -41,6 +42,20 @@ Result<Done> check(const DatasetInfo& info) {
     }
   }
   const DirectionPair* before = nullptr;
+  if (!info.weights.empty()) {
+    double sum = 0;
+    bool positive = info.weights.size() == info.pairs.size();
+    for (const double weight : info.weights) {
+      positive = positive && std::isfinite(weight) && weight > 0;
+      sum += weight;
+    }
+    const double count = static_cast<double>(info.pairs.size());
+    if (!positive || std::abs(sum / count - 1) > 1e-6) {
+      return bad_argument(fmt::format(
+          "the data set has {} weights, expected none or one above 0 for each of {} pairs, with mean 1",
+          info.weights.size(), info.pairs.size()));
+    }
+  }
   for (const DirectionPair& pair : info.pairs) {
     if (pair.view >= info.views.size() || pair.light >= info.lights.size()) {
       return bad_argument(fmt::format("an image of view {} and light {}, of {} and {}", pair.view, pair.light,

@@ -32,10 +32,13 @@ struct DatasetInfo {
   bool wraps = false;                         // the tile repeats without seams
   std::vector<Direction> views, lights;
   std::vector<DirectionPair> pairs;  // one an image, none twice, ordered by view, then light
+  // How much each pair's squared error counts in fits and measures, above 0, with mean 1; empty: all alike.
+  std::vector<double> weights;
 
   std::uint32_t channel_count() const { return static_cast<std::uint32_t>(channels.size()); }
   // Whether every view has every light.
   bool full_product() const { return pairs.size() == views.size() * lights.size(); }
+  double weight(std::size_t pair) const { return weights.empty() ? 1.0 : weights[pair]; }
   // Samples of one image.
   std::size_t image_samples() const { return std::size_t{width} * height * channels.size(); }
 };

@@ -126,8 +126,8 @@ TruncatedSvd weighted_svd(const RowBlocks& matrix, std::span<const double> weigh
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
   solver.setThreshold(1e-5);  // of single precision sums
   solver.compute(scaled);
-  const Eigen::MatrixXd solved = unit.asDiagonal() * solver.solve(Eigen::MatrixXd(unit.asDiagonal() * right));
-  svd.right = solved.transpose().cast<float>();
+  const Eigen::MatrixXd solved = solver.solve(Eigen::MatrixXd(unit.asDiagonal() * right));
+  svd.right = (solved.transpose() * unit.asDiagonal()).cast<float>();
   ++svd.passes;
   return svd;
 }

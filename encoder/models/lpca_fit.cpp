@@ -25,8 +25,7 @@ const OptionSpec kOptions[] = {
 };
 
 // Clusters are found among the vectors' coordinates in their common leading subspace, pairs by their weights:
-// what lies outside it
-// hardly depends on the choice, and an iteration costs a hundredth.
+// what lies outside it hardly depends on the choice, and an iteration costs a hundredth.
 constexpr std::size_t kReducedDimensions = 256;
 
 // The cluster's texels as rows, less their mean.

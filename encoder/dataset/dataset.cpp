@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "format/checked.h"
@@ -83,6 +84,10 @@ void make_full_product(DatasetInfo& info) {
 
 Result<Dataset> Dataset::create(DatasetInfo info, const std::string& scratch_directory) {
   if (const auto good = check(info); !good) return good.error();
+  // Weights that are all the same are none.
+  if (std::adjacent_find(info.weights.begin(), info.weights.end(), std::not_equal_to<>()) ==
+      info.weights.end())
+    info.weights.clear();
   const std::uint64_t bytes = info.type == SampleType::unorm8 ? 1 : 2;
   const CheckedSize row = CheckedSize(info.width) * info.channels.size() * bytes;
   const CheckedSize size = row * info.height * info.pairs.size();

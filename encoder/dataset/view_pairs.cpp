@@ -1,6 +1,10 @@
 // Pairs -> runs of one view.
 #include "encoder/dataset/view_pairs.h"
 
+#include <algorithm>
+#include <functional>
+#include <numeric>
+
 namespace btfc {
 
 std::vector<ViewPairs> pairs_of_views(const DatasetInfo& info) {
@@ -10,6 +14,17 @@ std::vector<ViewPairs> pairs_of_views(const DatasetInfo& info) {
     if (view.count++ == 0) view.first = pair;
   }
   return views;
+}
+
+std::vector<double> weights_of(const DatasetInfo& info, const ViewPairs& view) {
+  if (info.weights.empty()) return {};
+  const auto first = info.weights.begin() + static_cast<std::ptrdiff_t>(view.first);
+  std::vector<double> weights(first, first + static_cast<std::ptrdiff_t>(view.count));
+  if (std::adjacent_find(weights.begin(), weights.end(), std::not_equal_to<>()) == weights.end()) return {};
+  const double mean =
+      std::accumulate(weights.begin(), weights.end(), 0.0) / static_cast<double>(weights.size());
+  for (double& weight : weights) weight /= mean;
+  return weights;
 }
 
 std::vector<Vector3> lights_of(const Directions& directions, const ViewPairs& view) {

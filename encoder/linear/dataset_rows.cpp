@@ -22,6 +22,13 @@ std::vector<std::uint16_t> read_run(const Dataset& dataset, std::size_t first, s
   return codes;
 }
 
+// The mean of a row over pairs by their weights, which have the mean 1.
+float mean_over_pairs(const Matrix& block, Eigen::Index row, const std::vector<double>& weights) {
+  if (weights.empty()) return static_cast<float>(block.row(row).cast<double>().mean());
+  const Eigen::Map<const Eigen::RowVectorXd> w(weights.data(), as_index(weights.size()));
+  return static_cast<float>(block.row(row).cast<double>().cwiseProduct(w).sum() / w.sum());
+}
+
 }  // namespace
 
 std::vector<float> value_table(SampleType type) {
@@ -51,7 +58,7 @@ RowBlocks image_rows(const Dataset& dataset, bool centred) {
     }
     if (!centred) return;
     for (Eigen::Index r = 0; r < block.rows(); ++r)
-      block.row(r).array() -= static_cast<float>(block.row(r).cast<double>().mean());
+      block.row(r).array() -= mean_over_pairs(block, r, dataset.info().weights);
   };
   return rows;
 }
@@ -70,6 +77,12 @@ RowBlocks abrdf_rows(const Dataset& dataset) {
   return rows;
 }
 
+std::vector<double> abrdf_weights(const DatasetInfo& info) {
+  std::vector<double> weights;
+  for (const double weight : info.weights) weights.insert(weights.end(), info.channels.size(), weight);
+  return weights;
+}
+
 std::vector<float> mean_image(const Dataset& dataset) {
   const RowBlocks rows = image_rows(dataset, false);
   std::vector<float> mean(rows.rows);
@@ -78,7 +91,7 @@ std::vector<float> mean_image(const Dataset& dataset) {
       [&](const Matrix& block, std::size_t number, std::size_t) {
         for (Eigen::Index r = 0; r < block.rows(); ++r) {
           mean[number * rows.block_rows + static_cast<std::size_t>(r)] =
-              static_cast<float>(block.row(r).cast<double>().mean());
+              mean_over_pairs(block, r, dataset.info().weights);
         }
       },
       [](std::size_t) {});

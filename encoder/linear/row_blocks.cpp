@@ -6,8 +6,22 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace btfc {
+
+RowBlocks weighted_columns(RowBlocks matrix, std::span<const double> weights) {
+  if (weights.empty()) return matrix;
+  Eigen::RowVectorXf roots(as_index(weights.size()));
+  for (std::size_t i = 0; i < weights.size(); ++i)
+    roots(as_index(i)) = static_cast<float>(std::sqrt(weights[i]));
+  matrix.read = [read = std::move(matrix.read), roots = std::move(roots)](std::size_t first_row,
+                                                                          Matrix& block) {
+    read(first_row, block);
+    block.array().rowwise() *= roots.array();
+  };
+  return matrix;
+}
 
 std::size_t rows_per_block(std::size_t columns) {
   constexpr std::size_t kValues = 1 << 21;

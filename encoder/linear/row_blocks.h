@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <functional>
+#include <span>
 
 #include "encoder/linear/matrix.h"
 
@@ -15,6 +16,10 @@ struct RowBlocks {
   std::size_t count() const { return (rows + block_rows - 1) / block_rows; }
   std::size_t rows_of(std::size_t block) const { return std::min(block_rows, rows - block * block_rows); }
 };
+
+// The same with each column multiplied by the root of its weight, so that sums of squares over it are the
+// weighted ones of `matrix`; none: `matrix` itself.
+RowBlocks weighted_columns(RowBlocks matrix, std::span<const double> weights);
 
 // Rows a block so that one takes some 8 MB.
 std::size_t rows_per_block(std::size_t columns);

@@ -7,11 +7,17 @@
 namespace btfc {
 
 std::vector<std::size_t> spread_rows(const Matrix& rows, std::size_t count,
-                                     const std::function<double()>& uniform) {
+                                     const std::function<double()>& uniform,
+                                     std::span<const double> weights) {
   const auto candidates = static_cast<std::size_t>(rows.rows());
+  const auto weight = [&](std::size_t i) { return weights.empty() ? 1.0 : weights[i]; };
   std::vector<double> distance(candidates, std::numeric_limits<double>::infinity());
   std::vector<std::size_t> drawn;
-  auto next = static_cast<std::size_t>(uniform() * static_cast<double>(candidates));
+  double all = 0;
+  for (std::size_t i = 0; i < candidates; ++i) all += weight(i);
+  std::size_t next = 0;
+  for (double left = uniform() * all; next + 1 < candidates && left >= weight(next); ++next)
+    left -= weight(next);
   while (drawn.size() < count) {
     drawn.push_back(next);
     const Eigen::RowVectorXf centre = rows.row(as_index(next));
@@ -19,10 +25,11 @@ std::vector<std::size_t> spread_rows(const Matrix& rows, std::size_t count,
     for (std::size_t i = 0; i < candidates; ++i) {
       const double d = static_cast<double>((rows.row(as_index(i)) - centre).squaredNorm());
       distance[i] = std::min(distance[i], d);
-      total += distance[i];
+      total += weight(i) * distance[i];
     }
     double left = uniform() * total;
-    for (next = 0; next + 1 < candidates && left >= distance[next]; ++next) left -= distance[next];
+    for (next = 0; next + 1 < candidates && left >= weight(next) * distance[next]; ++next)
+      left -= weight(next) * distance[next];
   }
   return drawn;
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "encoder/linear/matrix.h"
@@ -16,10 +17,11 @@ struct RowClusters {
 };
 
 // k-means++ (Arthur, Vassilvitskii 2007): each next row is drawn by its squared distance to the nearest of
-// those before. uniform gives numbers of 0 <= u < 1. A row may come twice only where there are fewer
-// different ones than asked for.
+// those before, times its weight where there are weights. uniform gives numbers of 0 <= u < 1. A row may come
+// twice only where there are fewer different ones than asked for.
 std::vector<std::size_t> spread_rows(const Matrix& rows, std::size_t count,
-                                     const std::function<double()>& uniform);
+                                     const std::function<double()>& uniform,
+                                     std::span<const double> weights = {});
 
 // Gives each empty cluster the row with the largest error of those whose cluster has others. At least as many
 // rows as clusters.

@@ -99,4 +99,37 @@ TruncatedSvd truncated_svd(const RowBlocks& matrix, std::size_t rank, const SvdO
   return svd;
 }
 
+TruncatedSvd weighted_svd(const RowBlocks& matrix, std::span<const double> weights, std::size_t rank,
+                          const SvdOptions& options) {
+  TruncatedSvd svd = truncated_svd(weighted_columns(matrix, weights), rank, options);
+  if (weights.empty() || svd.left.cols() == 0) return svd;
+  // With `left` given, each column's row of `right` is a least squares problem of its own, which its weight
+  // does not change: right = (left^T left)^-1 left^T A. To divide by the roots of weights gives the same in
+  // exact arithmetic, but columns that hardly count are lost in the rounding of those that do.
+  const Eigen::Index kept = svd.left.cols();
+  const Eigen::VectorXd length = svd.left.cast<double>().colwise().norm();
+  MatrixD gram = MatrixD::Zero(kept, kept), right = MatrixD::Zero(kept, as_index(matrix.columns));
+  std::array<Matrix, kPartials> partial_gram, partial_right;
+  for_each_block(
+      matrix,
+      [&](const Matrix& block, std::size_t number, std::size_t place) {
+        const auto left = svd.left.middleRows(as_index(number * matrix.block_rows), block.rows());
+        partial_gram[place].noalias() = left.transpose() * left;
+        partial_right[place].noalias() = left.transpose() * block;
+      },
+      [&](std::size_t place) {
+        gram += partial_gram[place].cast<double>();
+        right += partial_right[place].cast<double>();
+      });
+  const Eigen::VectorXd unit = (length.array() > 0).select(length.cwiseInverse(), 0.0);
+  const Eigen::MatrixXd scaled = unit.asDiagonal() * gram * unit.asDiagonal();
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+  solver.setThreshold(1e-5);  // of single precision sums
+  solver.compute(scaled);
+  const Eigen::MatrixXd solved = solver.solve(Eigen::MatrixXd(unit.asDiagonal() * right));
+  svd.right = (solved.transpose() * unit.asDiagonal()).cast<float>();
+  ++svd.passes;
+  return svd;
+}
+
 }  // namespace btfc

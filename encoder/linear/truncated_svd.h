@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "encoder/linear/row_blocks.h"
@@ -30,5 +31,10 @@ struct SvdOptions {
 // as the larger of 10 and rank / 4. The rank found is at most `rank`, the matrix' sides, and its numerical
 // rank in single precision. Sums over blocks are taken in double and in order: independent of the threads.
 TruncatedSvd truncated_svd(const RowBlocks& matrix, std::size_t rank, const SvdOptions& options);
+
+// The same with the least sum over columns of weight x squared error; none: truncated_svd. left's columns are
+// orthogonal, right's under the weights; energies are weighted.
+TruncatedSvd weighted_svd(const RowBlocks& matrix, std::span<const double> weights, std::size_t rank,
+                          const SvdOptions& options);
 
 }  // namespace btfc

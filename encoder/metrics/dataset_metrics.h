@@ -18,10 +18,12 @@ inline constexpr double kSteepDegrees = 45;
 // A pair's PSNR counts as at most this in mean and percentile, so that equal images stay finite.
 inline constexpr double kMostPsnrDb = 100;
 
-// Over a set of pairs. All are NaN where there are no pairs; single ones where ImageMetrics has them NaN.
+// Over a set of pairs; by the reference's weights, where it has some, all but peak and percentiles. All are
+// NaN where there are no pairs; single ones where ImageMetrics has them NaN.
 struct GroupMetrics {
   std::uint64_t pairs = 0;
-  // Pooled: from the squared error over all texels, channels and pairs. Infinite PSNR where all are equal.
+  // Pooled: from the squared error over all texels, channels and pairs by their weights. Infinite PSNR where
+  // all are equal.
   double psnr_db = 0, rmse_8bit = 0, peak_8bit = 0;
   double mean_psnr_db = 0;                 // the mean of the pairs' PSNR, each at most kMostPsnrDb
   double ssim = 0, mae_lab = 0, flip = 0;  // means over pairs
@@ -44,6 +46,7 @@ struct DatasetMetrics {
   GroupMetrics all, steep, grazing;
   std::vector<ViewMetrics> views;                    // those that have pairs, in the data sets' order
   std::uint64_t differing_samples = 0, samples = 0;  // as in ImageMetrics
+  bool weighted = false;                             // the reference has weights
 };
 
 struct DatasetMetricOptions {

@@ -79,7 +79,7 @@ void GmEmSums::clear(std::uint32_t components, std::uint32_t dimensions) {
   sum.assign(components, 0);
   first.assign(std::size_t{components} * dimensions, 0);
   second = first;
-  log_likelihood = 0;
+  log_likelihood = weight = 0;
   samples = listed = 0;
 }
 
@@ -88,6 +88,7 @@ void GmEmSums::add(const GmEmSums& other) {
   for (std::size_t i = 0; i < first.size(); ++i) first[i] += other.first[i];
   for (std::size_t i = 0; i < second.size(); ++i) second[i] += other.second[i];
   log_likelihood += other.log_likelihood;
+  weight += other.weight;
   samples += other.samples;
   listed += other.listed;
 }
@@ -156,7 +157,7 @@ GmEmMixture gm_em_random(const GmSamples& samples, std::uint32_t components, std
   out.spread = out.mean;
   const auto draw = [&](double* s) {
     const std::uint32_t x = random.below(samples.width), y = random.below(samples.height),
-                        p = random.below(samples.pairs.size());
+                        p = samples.draw_pair(random);
     s[0] = x + 0.5;
     s[1] = y + 0.5;
     for (std::uint32_t n = 0; n < 4; ++n) s[2 + n] = double{samples.pairs[p].angle[n]};
@@ -234,7 +235,7 @@ GmEmFit gm_continue_em(const GmSamples& samples, GmEmFit fit, const GmEmOptions&
     // Shares far apart follow each other: neighbouring ones see nearly the same pairs.
     pass.phase = static_cast<std::uint32_t>(std::uint64_t{fit.iterations} * kPhaseStep % options.every);
     GmEmSums sums = gm_em_pass(samples, fit.mixture, pass);
-    const double mean = sums.log_likelihood / static_cast<double>(sums.samples);
+    const double mean = sums.log_likelihood / sums.weight;
     fit.log_likelihood.push_back(mean);
     if (options.every > 1) blend(fit.mixture, sums, kNewShare, fit.kept);
     fit.mixture = gm_em_maximise(fit.mixture, sums, floors);

@@ -27,11 +27,12 @@ struct GmEmMixture {
 // What decoding uses of it (eqs 8-11): spreads of the colours are left out.
 GmMixture gm_em_decoded(const GmEmMixture& mixture);
 
-// Sums of one pass over samples, with the moments about the present means (eqs 5-7): sum[m],
+// Sums of one pass over samples by their weights, with the moments about the present means (eqs 5-7): sum[m],
 // first[dimension * components + m], second likewise.
 struct GmEmSums {
   std::vector<double> sum, first, second;
   double log_likelihood = 0;  // natural, over samples (eq. 3 times |S|)
+  double weight = 0;          // of the samples, each its pair's
   std::uint64_t samples = 0;
   std::uint64_t listed = 0;  // components looked at, over samples
   void clear(std::uint32_t components, std::uint32_t dimensions);

@@ -144,8 +144,8 @@ HWY_INLINE std::size_t em_select(const EmField& field, const GmSamples& samples,
 }
 
 template <std::size_t kChannels>
-HWY_INLINE double em_texel(const EmRoom& r, std::size_t count, const float* colour, std::size_t i,
-                           std::size_t j) {
+HWY_INLINE double em_texel(const EmRoom& r, std::size_t count, const float* colour, float weight,
+                           std::size_t i, std::size_t j) {
   const GmLanes d;
   const std::size_t lanes = hn::Lanes(d);
   GmVec most = hn::Set(d, GM_NEVER);
@@ -167,7 +167,7 @@ HWY_INLINE double em_texel(const EmRoom& r, std::size_t count, const float* colo
     total = hn::Add(total, w);
   }
   const float sum = hn::GetLane(hn::SumOfLanes(d, total));
-  const GmVec over = hn::Set(d, 1.0f / sum);
+  const GmVec over = hn::Set(d, weight / sum);
   float* column = r.columns + i * r.stride;
   float* row = r.rows + j * r.stride;
   for (std::size_t m = 0; m < count; m += lanes) {
@@ -271,13 +271,15 @@ void em_tile(const EmField& field, const GmSamples& samples, const EmTile& tile,
                    d, r.row_base + m);
       }
       for (std::size_t i = 0; i < tile.width; ++i, colour += kChannels) {
-        log2_sum += em_texel<kChannels>(r, padded, colour, i, j);
+        log2_sum += em_texel<kChannels>(r, padded, colour, samples.weights[p], i, j);
       }
     }
     em_axes(r, padded, tile);
     em_add(field, r, count, pair, sums);
     const std::uint64_t texels = std::uint64_t{tile.width} * tile.height;
-    sums.log_likelihood += log2_sum * 0.6931471805599453;
+    const double weight = double{samples.weights[p]};
+    sums.log_likelihood += weight * (log2_sum * 0.6931471805599453);
+    sums.weight += weight * static_cast<double>(texels);
     sums.samples += texels;
     sums.listed += texels * count;
   }
@@ -408,9 +410,11 @@ GmEmSums gm_em_pass_plain(const GmSamples& samples, const GmEmMixture& mixture, 
         }
         double total = 0;
         for (double& l : density) total += l = std::exp(l - most);
-        sums.log_likelihood += most + std::log(total);
+        const double weight = double{samples.weights[p]};
+        sums.log_likelihood += weight * (most + std::log(total));
+        sums.weight += weight;
         for (std::size_t m = 0; m < components; ++m) {
-          const double q = density[m] / total;
+          const double q = weight * density[m] / total;
           sums.sum[m] += q;
           for (std::size_t n = 0; n < dims; ++n) {
             const double t = way[m * dims + n];

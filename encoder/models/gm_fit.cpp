@@ -219,7 +219,7 @@ GmEmMixture by_weight(const GmEmMixture& from) {
   return to;
 }
 
-// A hash of what a fit depends on: the samples by their shape and means, and the options.
+// A hash of what a fit depends on: the samples by their shape, means and weights, and the options.
 std::uint64_t identity_of(const GmSamples& samples, const FitSettings& settings) {
   std::string text = fmt::format("{} {} {} {} {}", samples.width, samples.height, samples.channels,
                                  samples.pairs.size(), settings.seed);
@@ -227,6 +227,7 @@ std::uint64_t identity_of(const GmSamples& samples, const FitSettings& settings)
     if (name != "checkpoint") text += fmt::format(" {}={}", name, value);
   }
   for (const float v : samples.mean) text += fmt::format(" {:a}", v);
+  for (const double w : samples.cumulative_weights) text += fmt::format(" {:a}", w);
   return content_hash(ByteView(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
 }
 

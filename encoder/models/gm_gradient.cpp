@@ -78,15 +78,17 @@ Room make_room(const GmField& field, GmScratch& scratch) {
   return r;
 }
 
-// One texel: gates are weights before division by their sum; error = y - t.
+// One texel: gates are weights before division by their sum; difference = y - t; weight: of the
+// pair.
 template <std::size_t kChannels>
-HWY_INLINE void add_texel(const Room& r, std::size_t count, const float* error, const float* value,
-                          float inverse, std::size_t i, std::size_t j, bool statistics) {
+HWY_INLINE void add_texel(const Room& r, std::size_t count, const float* difference, float weight,
+                          const float* value, float inverse, std::size_t i, std::size_t j, bool statistics) {
   const GmLanes d;
-  float mean = 0, square = 0;
+  float error[kChannels], mean = 0, square = 0;
   for (std::size_t c = 0; c < kChannels; ++c) {
+    error[c] = weight * difference[c];
     mean += error[c] * value[c];
-    square += error[c] * error[c];
+    square += difference[c] * difference[c];
   }
   const GmVec over = hn::Set(d, inverse), less = hn::Set(d, mean);
   const GmVec e0 = hn::Set(d, error[0]), e1 = hn::Set(d, kChannels > 1 ? error[1] : 0),
@@ -113,9 +115,9 @@ HWY_INLINE void add_texel(const Room& r, std::size_t count, const float* error, 
     if constexpr (kChannels > 3) add(3, m, e3, g);
   }
   if (!statistics) return;
-  const GmVec squares = hn::Set(d, square);
+  const GmVec squares = hn::Set(d, square), weighted_over = hn::Set(d, weight * inverse);
   for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
-    const GmVec g = hn::Mul(hn::LoadU(d, r.gate + m), over);
+    const GmVec g = hn::Mul(hn::LoadU(d, r.gate + m), weighted_over);
     float* usage = r.moments + kUsage * r.stride + m;
     float* lost = r.moments + kError * r.stride + m;
     hn::StoreU(hn::Add(hn::LoadU(d, usage), g), d, usage);
@@ -258,11 +260,12 @@ void visit_target(const GmField& field, const GmSamples& samples, const GmVisit&
           squares += static_cast<double>(error[c] * error[c]);
         }
         if (options.gradient) {
-          add_texel<kChannels>(r, padded, error, value, inverse, i, j, options.statistics);
+          add_texel<kChannels>(r, padded, error, samples.weights[p], value, inverse, i, j,
+                               options.statistics);
         }
       }
     }
-    sums.squared_error += squares;
+    sums.squared_error += double{samples.weights[p]} * squares;
     sums.samples += std::uint64_t{visit.width} * visit.height;
     if (options.gradient) {
       finish_pair(r, padded, visit);
@@ -355,7 +358,8 @@ void gm_add_gradient_plain(const GmMixture& mixture, const GmSamples& samples, c
           const double shown = value[c] + double{samples.mean[std::size_t{p} * shape.channels + c]};
           error[c] = std::clamp(shown, double{samples.low}, double{samples.high}) -
                      double{samples.value(p, x, y, c)};
-          sums.squared_error += error[c] * error[c];
+          sums.squared_error += double{samples.weights[p]} * error[c] * error[c];
+          error[c] *= double{samples.weights[p]};
         }
         for (std::size_t m = 0; m < count; ++m) {
           const double g = gate[m] / total;

@@ -1,4 +1,5 @@
 // The conditional squared error of a mixture over rectangles of texels times a few pairs, and its gradient.
+// Pairs count by their weights.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -29,8 +30,8 @@ struct GmGradientOptions {
 // sigma.
 struct GmSums {
   std::vector<float> gradient;      // [row * stride + m]
-  std::vector<float> usage, error;  // of a component: sums of gates, of gate times squared error
-  double squared_error = 0;         // over samples and channels
+  std::vector<float> usage, error;  // of a component: sums of gates, of gate times squared error, by weights
+  double squared_error = 0;         // over samples and channels, by weights
   std::uint64_t samples = 0;        // texels times pairs
   std::uint64_t listed = 0;         // components looked at, over samples
   void clear(std::size_t stride);

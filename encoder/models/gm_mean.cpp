@@ -12,13 +12,14 @@ constexpr int kRefitSteps = 4;   // of alternating rounding and least squares
 constexpr double kMostCode = 127;
 
 // One factor of the rest: view[v] * light[l * channels + c], by alternating least squares over the pairs
-// that there are.
+// that there are, by their weights.
 struct Factor {
   std::vector<double> view, light;
 };
 
 struct Table {
   const std::vector<DirectionPair>& pairs;
+  const std::vector<float>& weights;
   std::size_t views, lights, channels;
   std::vector<double> rest;
 };
@@ -27,9 +28,10 @@ void fit_light(const Table& t, Factor& f) {
   std::vector<double> over(t.lights * t.channels), under(t.lights);
   for (std::size_t p = 0; p < t.pairs.size(); ++p) {
     const double v = f.view[t.pairs[p].view];
-    under[t.pairs[p].light] += v * v;
+    const double weighted = double{t.weights[p]} * v;
+    under[t.pairs[p].light] += weighted * v;
     for (std::size_t c = 0; c < t.channels; ++c) {
-      over[t.pairs[p].light * t.channels + c] += v * t.rest[p * t.channels + c];
+      over[t.pairs[p].light * t.channels + c] += weighted * t.rest[p * t.channels + c];
     }
   }
   for (std::size_t i = 0; i < over.size(); ++i) {
@@ -41,9 +43,9 @@ void fit_view(const Table& t, Factor& f) {
   std::vector<double> over(t.views), under(t.views);
   for (std::size_t p = 0; p < t.pairs.size(); ++p) {
     for (std::size_t c = 0; c < t.channels; ++c) {
-      const double l = f.light[t.pairs[p].light * t.channels + c];
-      over[t.pairs[p].view] += l * t.rest[p * t.channels + c];
-      under[t.pairs[p].view] += l * l;
+      const double l = f.light[t.pairs[p].light * t.channels + c], weighted = double{t.weights[p]} * l;
+      over[t.pairs[p].view] += weighted * t.rest[p * t.channels + c];
+      under[t.pairs[p].view] += weighted * l;
     }
   }
   for (std::size_t i = 0; i < over.size(); ++i) f.view[i] = under[i] > 0 ? over[i] / under[i] : 0;
@@ -67,7 +69,7 @@ std::int8_t code_of(double value, double step) {
 }
 
 GmMean factors(const GmSamples& samples, const std::vector<float>& table, std::uint32_t rank, GmMean mean) {
-  Table t{samples.dataset->info().pairs, mean.views, mean.lights, mean.channels, {}};
+  Table t{samples.dataset->info().pairs, samples.weights, mean.views, mean.lights, mean.channels, {}};
   t.rest.assign(table.begin(), table.end());
   for (std::uint32_t k = 0; k < rank; ++k) {
     Factor f{std::vector<double>(t.views), std::vector<double>(t.lights * t.channels)};

@@ -248,7 +248,7 @@ class Fit {
   // A component at a random sample, as wide as its share of the domain.
   void place(std::uint32_t m, std::uint32_t count) {
     const std::uint32_t x = random_.below(samples_.width), y = random_.below(samples_.height),
-                        p = random_.below(samples_.pairs.size());
+                        p = samples_.draw_pair(random_);
     const double shrink = std::pow(static_cast<double>(count), -1.0 / 6);
     const float at[6] = {static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f,
                          samples_.pairs[p].angle[0],   samples_.pairs[p].angle[1],

@@ -90,6 +90,11 @@ GmSamples gm_samples(const Dataset& dataset, ValueTransform transform, GmOnion o
     out.pairs.push_back(gm_pair_inputs(gm_directions(
         unit(info.views[pair.view]), unit(info.lights[pair.light]), static_cast<std::uint32_t>(onion))));
   }
+  double sum = 0;
+  for (std::size_t pair = 0; pair < info.pairs.size(); ++pair) {
+    out.weights.push_back(static_cast<float>(info.weight(pair)));
+    if (!info.weights.empty()) out.cumulative_weights.push_back(sum += info.weights[pair]);
+  }
   const auto view_group = group_directions(info.views), light_group = group_directions(info.lights);
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> groups;
   for (std::uint32_t p = 0; p < info.pairs.size(); ++p) {
@@ -107,6 +112,13 @@ GmSamples gm_samples(const Dataset& dataset, ValueTransform transform, GmOnion o
   }
   for (const auto& [key, members] : groups) out.groups.push_back({box_of(out.pairs, members), members});
   return out;
+}
+
+std::uint32_t GmSamples::draw_pair(SplitMix64& random) const {
+  if (cumulative_weights.empty()) return random.below(pairs.size());
+  const double at = random.uniform() * cumulative_weights.back();
+  const auto found = std::upper_bound(cumulative_weights.begin(), cumulative_weights.end() - 1, at);
+  return static_cast<std::uint32_t>(found - cumulative_weights.begin());
 }
 
 void GmSamples::rectangle(std::size_t pair, std::uint32_t x, std::uint32_t y, std::uint32_t columns,

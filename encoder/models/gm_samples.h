@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "encoder/dataset/dataset.h"
+#include "encoder/split_mix.h"
 #include "format/models/gm_field.h"
 #include "format/models/gm_mixture.h"
 
@@ -26,10 +27,14 @@ struct GmSamples {
   float low = 0, high = 1;    // where what is decoded is cut off: the ends of values
   std::vector<GmPairInputs> pairs;
   std::vector<GmPairGroup> groups;
-  std::vector<float> mean;  // as a decoder sees it: [pair * channels + channel]; none at first
+  std::vector<float> weights;              // of the pairs, with mean 1: how much a squared error counts
+  std::vector<double> cumulative_weights;  // up to each pair and with it; none: all alike
+  std::vector<float> mean;                 // as a decoder sees it: [pair * channels + channel]; none at first
   // Codes of 8 bits by pair, row, texel, where they are few enough to be held; else the data set is asked.
   std::vector<std::uint8_t> near;
 
+  // A pair at random, as often as it counts.
+  std::uint32_t draw_pair(SplitMix64& random) const;
   std::uint64_t count() const { return std::uint64_t{width} * height * pairs.size(); }
   float value(std::size_t pair, std::uint32_t x, std::uint32_t y, std::uint32_t channel) const {
     return values[dataset->code(pair, x, y, channel)];
@@ -52,7 +57,7 @@ std::vector<float> gm_mean_table(const GmSamples& samples);
 
 // The mean BRDF as stored. u8 keeps values in [0, 1]. coded: factors of the given rank, each the best one for
 // what the ones before it leave, with codes refitted after rounding; pairs that are missing count for
-// nothing.
+// nothing, others by their weights.
 GmMean gm_code_mean(const GmSamples& samples, const std::vector<float>& table, GmMeanForm form,
                     std::uint32_t rank);
 // A decoder's table of it.

@@ -5,8 +5,8 @@
 
 namespace btfc {
 
-// Peak 1, over all samples, values as the fit sees them and cut off at the ends of what can be shown. On the
-// threads of the calling oneTBB arena, which do not change it.
+// Peak 1, over all samples by their pairs' weights, values as the fit sees them and cut off at the ends of
+// what can be shown. On the threads of the calling oneTBB arena, which do not change it.
 double gm_psnr(const GmSamples& samples, const GmMixture& mixture, std::uint32_t gates);
 
 }  // namespace btfc

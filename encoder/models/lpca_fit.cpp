@@ -24,8 +24,8 @@ const OptionSpec kOptions[] = {
     {"iterations", "T", "of the clustering at most, 1 to 1000 (default 30)"},
 };
 
-// Clusters are found among the vectors' coordinates in their common leading subspace: what lies outside it
-// hardly depends on the choice, and an iteration costs a hundredth.
+// Clusters are found among the vectors' coordinates in their common leading subspace, pairs by their weights:
+// what lies outside it hardly depends on the choice, and an iteration costs a hundredth.
 constexpr std::size_t kReducedDimensions = 256;
 
 // The cluster's texels as rows, less their mean.
@@ -73,9 +73,10 @@ void place(const Eigen::Ref<const Eigen::VectorXf>& column, std::size_t channels
     rows[cluster * size + i % channels * (size / channels) + i / channels] = column(as_index(i));
 }
 
-// PCA of every cluster in the full space. left_out: squared error.
-Tables local_tables(const RowBlocks& all, const LpcaShape& shape, std::size_t channels,
-                    const std::vector<std::uint16_t>& cluster, std::uint64_t seed, double& left_out) {
+// PCA of every cluster in the full space. weights: of the columns. left_out: squared error by weights.
+Tables local_tables(const RowBlocks& all, std::span<const double> weights, const LpcaShape& shape,
+                    std::size_t channels, const std::vector<std::uint16_t>& cluster, std::uint64_t seed,
+                    double& left_out) {
   const std::size_t size = shape.clusters * all.columns;
   Tables t{std::vector<float>(size), {}, {}};
   t.vectors.assign(shape.rank, std::vector<float>(size));
@@ -89,18 +90,17 @@ Tables local_tables(const RowBlocks& all, const LpcaShape& shape, std::size_t ch
     place(mean.transpose(), channels, m, t.means);
     SvdOptions options;
     options.seed = seed;
-    const TruncatedSvd svd = truncated_svd(member_rows(all, members, mean),
-                                           std::min<std::size_t>(shape.rank, members.size() - 1), options);
+    const TruncatedSvd svd = weighted_svd(member_rows(all, members, mean), weights,
+                                          std::min<std::size_t>(shape.rank, members.size() - 1), options);
     left_out += svd.total_energy;
     for (std::size_t k = 0; k < static_cast<std::size_t>(svd.right.cols()); ++k) {
       left_out -= svd.energy[k];
-      const Eigen::VectorXf weights = svd.left.col(as_index(k));
+      const Eigen::VectorXf left = svd.left.col(as_index(k));
       // The largest weight of a cluster is 1: half floats and bytes see the same range in all of them.
-      const float largest = weights.cwiseAbs().maxCoeff();
+      const float largest = left.cwiseAbs().maxCoeff();
       if (largest == 0) continue;
       place(svd.right.col(as_index(k)) * largest, channels, m, t.vectors[k]);
-      for (std::size_t i = 0; i < members.size(); ++i)
-        t.weights[k][members[i]] = weights(as_index(i)) / largest;
+      for (std::size_t i = 0; i < members.size(); ++i) t.weights[k][members[i]] = left(as_index(i)) / largest;
     }
   }
   return t;
@@ -127,6 +127,7 @@ Result<FitResult> lpca_fit(const FitInput& input, const FitSettings& settings) {
   if (const auto fits = read_lpca_parm(described->head, write_lpca_parm(shape)); !fits) return fits.error();
 
   const RowBlocks all = abrdf_rows(*input.dataset);
+  const std::vector<double> weights = abrdf_weights(info);
   LpcaClusters found;
   Tables tables;
   double left_out = 0;
@@ -134,7 +135,8 @@ Result<FitResult> lpca_fit(const FitInput& input, const FitSettings& settings) {
     SvdOptions reduction;
     reduction.seed = settings.seed;
     reduction.tolerance = 0.05;  // a basis for choosing, not for showing
-    const TruncatedSvd reduced = truncated_svd(all, std::min(kReducedDimensions, texels), reduction);
+    const TruncatedSvd reduced =
+        truncated_svd(weighted_columns(all, weights), std::min(kReducedDimensions, texels), reduction);
     LpcaClusterOptions options;
     options.clusters = shape.clusters;
     options.rank = shape.rank;
@@ -142,7 +144,7 @@ Result<FitResult> lpca_fit(const FitInput& input, const FitSettings& settings) {
     options.seed = settings.seed;
     options.progress = settings.progress;
     found = lpca_clusters(reduced.left, options);
-    tables = local_tables(all, shape, channels, found.cluster, settings.seed, left_out);
+    tables = local_tables(all, weights, shape, channels, found.cluster, settings.seed, left_out);
   });
 
   LpcaPayload payload;

@@ -32,7 +32,7 @@ Result<FitResult> pca_fit(const FitInput& input, const FitSettings& settings) {
     SvdOptions options;
     options.seed = settings.seed;
     options.progress = settings.progress;
-    svd = truncated_svd(image_rows(dataset, true), shape.rank, options);
+    svd = weighted_svd(image_rows(dataset, true), dataset.info().weights, shape.rank, options);
   });
   shape.rank = static_cast<std::uint32_t>(svd.right.cols());
 

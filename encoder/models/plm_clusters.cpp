@@ -10,6 +10,13 @@ namespace {
 constexpr int kRounds = 8;
 constexpr unsigned kRoundSteps = 4;  // of a lobe's fit, between rounds
 
+// Columns times the roots of the lights' weights.
+Matrix weighted(Matrix rows, const LobeLights& view) {
+  const Eigen::Map<const Eigen::RowVectorXf> roots(view.root.data(), as_index(view.root.size()));
+  rows.array().rowwise() *= roots.array();
+  return rows;
+}
+
 // What the entries' lobes give under all lights: a row an entry.
 Matrix responses(const LobeLights& view, const LobeBook& book) {
   Matrix out(as_index(book.entries), as_index(view.lights.size()));
@@ -28,7 +35,7 @@ struct Assignment {
   std::vector<float> error;  // less the texel's own sum of squares, which is the same for all entries
 };
 
-// |v - y|^2 = v.v - 2 v.y + y.y; of equal entries the first.
+// Of weighted values. |v - y|^2 = v.v - 2 v.y + y.y; of equal entries the first.
 Assignment assign(const Matrix& values, const Matrix& centres) {
   constexpr Eigen::Index kRows = 1024;
   const Eigen::VectorXf squares = centres.rowwise().squaredNorm();
@@ -70,7 +77,8 @@ void fit_entries(const LobeLights& view, const Matrix& targets, bool start, unsi
 }
 
 // Means of the clusters. An empty one takes the texel of the largest error that none has taken yet.
-Matrix cluster_means(const Matrix& values, const Assignment& assigned, std::size_t entries) {
+Matrix cluster_means(const Matrix& values, const Matrix& weighted_values, const Assignment& assigned,
+                     std::size_t entries) {
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> sums =
       MatrixD::Zero(as_index(entries), values.cols());
   std::vector<std::size_t> count(entries);
@@ -79,7 +87,7 @@ Matrix cluster_means(const Matrix& values, const Assignment& assigned, std::size
     ++count[assigned.entry[t]];
   }
   std::vector<float> error(assigned.error);
-  for (std::size_t t = 0; t < error.size(); ++t) error[t] += values.row(as_index(t)).squaredNorm();
+  for (std::size_t t = 0; t < error.size(); ++t) error[t] += weighted_values.row(as_index(t)).squaredNorm();
   for (std::size_t k = 0; k < entries; ++k) {
     if (count[k] == 0) {
       const auto worst = std::max_element(error.begin(), error.end());
@@ -102,7 +110,8 @@ LobeBook fit_book(const LobeLights& view, const Matrix& values, std::size_t entr
   // To begin with, texels evenly spread over the order of their means.
   std::vector<std::size_t> order(texels);
   std::iota(order.begin(), order.end(), std::size_t{0});
-  const Eigen::VectorXf means = values.rowwise().mean();
+  const Matrix weighted_values = weighted(values, view);
+  const Eigen::VectorXf means = weighted_values.rowwise().mean();
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return means[as_index(a)] < means[as_index(b)]; });
   Matrix centres(as_index(book.entries), values.cols());
@@ -111,8 +120,8 @@ LobeBook fit_book(const LobeLights& view, const Matrix& values, std::size_t entr
   }
   fit_entries(view, centres, true, kRoundSteps, book);
   for (int round = 0; round < kRounds; ++round) {
-    const Assignment assigned = assign(values, responses(view, book));
-    centres = cluster_means(values, assigned, book.entries);
+    const Assignment assigned = assign(weighted_values, weighted(responses(view, book), view));
+    centres = cluster_means(values, weighted_values, assigned, book.entries);
     const bool last = round == kRounds - 1;
     fit_entries(view, centres, round == 0 || last, last ? steps : kRoundSteps, book);
   }
@@ -121,7 +130,7 @@ LobeBook fit_book(const LobeLights& view, const Matrix& values, std::size_t entr
 
 std::vector<std::uint8_t> nearest_entries(const LobeLights& view, const Matrix& values,
                                           const LobeBook& book) {
-  return assign(values, responses(view, book)).entry;
+  return assign(weighted(values, view), weighted(responses(view, book), view)).entry;
 }
 
 }  // namespace btfc

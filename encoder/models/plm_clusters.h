@@ -1,5 +1,5 @@
 // Codebooks of lobes for one view and channel (survey, Fig. 13): k-means whose distance is the error that a
-// lobe causes on the measured values.
+// lobe causes on the measured values, lights by their weights.
 #pragma once
 #include <cstdint>
 #include <span>

@@ -180,7 +180,8 @@ Result<FitResult> plm_fit(const FitInput& input, const FitSettings& settings) {
 
   const std::vector<ViewPairs> views = pairs_of_views(dataset.info());
   std::vector<LobeLights> lights;
-  for (const ViewPairs& view : views) lights.push_back(lobe_lights(lights_of(described->directions, view)));
+  for (const ViewPairs& view : views)
+    lights.push_back(lobe_lights(lights_of(described->directions, view), weights_of(dataset.info(), view)));
   PlmPayload payload;
   payload.directions = described->directions;
   PlmPolynomials polynomials;

@@ -45,7 +45,7 @@ inline void powers_of(const float (&p)[P][W], const std::array<float, 3>& u, Pow
   }
 }
 
-// At some parameters: the error, and the normal equations J^T J (upper half, row by row) and J^T r.
+// At some parameters: the weighted error, and the normal equations J^T J (upper half, row by row) and J^T r.
 struct Equations {
   float error[W], product[kProducts][W], right[P][W];
 };
@@ -57,12 +57,14 @@ void form_equations(const LobeLights& view, const float* values, const float (&p
   float rest[W];
   for (std::size_t i = 0; i < view.lights.size(); ++i) {
     const std::array<float, 3> u = view.lights[i];
+    const float root = view.root[i];
     powers_of(p, u, f);
     for (std::size_t l = 0; l < W; ++l) {
-      const float value = p[0][l] * f.power[l];
+      const float power = root * f.power[l];
+      const float value = p[0][l] * power;
       const float slope = p[4][l] * value / f.base[l];
-      rest[l] = values[i * W + l] - value;
-      jacobian[0][l] = f.power[l];
+      rest[l] = root * values[i * W + l] - value;
+      jacobian[0][l] = power;
       jacobian[1][l] = slope * u[0];
       jacobian[2][l] = slope * u[1];
       jacobian[3][l] = slope * u[2];
@@ -201,13 +203,14 @@ void start_target(const LobeLights& view, const float* values, LobeBatch& lobes)
   constexpr float kExponent[kExponents] = {0.25f, 1, 4, 16};
   float direction[3][3][W] = {}, squares[W] = {};
   for (std::size_t i = 0; i < view.lights.size(); ++i) {
+    const float root = view.root[i];
     for (std::size_t l = 0; l < W; ++l) {
-      const float value = values[i * W + l];
+      const float value = values[i * W + l], weighted = root * value;
       for (std::size_t a = 0; a < 3; ++a) {
         direction[0][a][l] += view.linear[i][a] * value;
-        direction[1][a][l] += view.lights[i][a] * (value * value);
+        direction[1][a][l] += view.lights[i][a] * (weighted * weighted);
       }
-      squares[l] += value * value;
+      squares[l] += weighted * weighted;
     }
   }
   for (std::size_t l = 0; l < W; ++l) {
@@ -241,11 +244,13 @@ void start_target(const LobeLights& view, const float* values, LobeBatch& lobes)
     Powers f;
     for (std::size_t i = 0; i < view.lights.size(); ++i) {
       powers_of(p, view.lights[i], f);
+      const float root = view.root[i];
       for (std::size_t l = 0; l < W; ++l) {
         float power = f.power[l];
         for (std::size_t k = 0; k < kExponents; ++k) {
-          across[k][l] += power * values[i * W + l];
-          self[k][l] += power * power;
+          const float weighted = root * power;
+          across[k][l] += weighted * (root * values[i * W + l]);
+          self[k][l] += weighted * weighted;
           const float square = power * power;
           power = square * square;  // the next n is four times this one
         }
@@ -293,18 +298,21 @@ HWY_EXPORT(start_target);
 HWY_EXPORT(refine_target);
 HWY_EXPORT(values_target);
 
-LobeLights lobe_lights(const std::vector<Vector3>& lights) {
+LobeLights lobe_lights(const std::vector<Vector3>& lights, std::span<const double> weights) {
   LobeLights view;
   Eigen::MatrixXd u(static_cast<Eigen::Index>(lights.size()), 3);
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const Vector3& l = lights[i];
+    const double root = weights.empty() ? 1.0 : std::sqrt(weights[i]);
     view.lights.push_back({static_cast<float>(l[0]), static_cast<float>(l[1]), static_cast<float>(l[2])});
-    u.row(static_cast<Eigen::Index>(i)) << l[0], l[1], l[2];
+    view.root.push_back(static_cast<float>(root));
+    u.row(static_cast<Eigen::Index>(i)) << root * l[0], root * l[1], root * l[2];
   }
   const Eigen::MatrixXd inverse = u.completeOrthogonalDecomposition().pseudoInverse();
   for (Eigen::Index i = 0; i < u.rows(); ++i) {
-    view.linear.push_back({static_cast<float>(inverse(0, i)), static_cast<float>(inverse(1, i)),
-                           static_cast<float>(inverse(2, i))});
+    const double root = weights.empty() ? 1.0 : std::sqrt(weights[static_cast<std::size_t>(i)]);
+    view.linear.push_back({static_cast<float>(root * inverse(0, i)), static_cast<float>(root * inverse(1, i)),
+                           static_cast<float>(root * inverse(2, i))});
   }
   return view;
 }

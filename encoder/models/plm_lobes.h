@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "encoder/dataset/direction.h"
@@ -18,13 +19,15 @@ inline constexpr float kLeastLobeExponent = 0.01f, kMostLobeExponent = 64;
 struct LobeLights {
   std::vector<std::array<float, 3>> lights;
   std::vector<std::array<float, 3>>
-      linear;  // sum of linear[i] value[i]: the vector b of the best value = b . u
+      linear;               // sum of linear[i] value[i]: the vector b of the best value = b . u
+  std::vector<float> root;  // of each light's weight: how much its squared error counts
 };
-LobeLights lobe_lights(const std::vector<Vector3>& lights);
+// weights: none: all alike.
+LobeLights lobe_lights(const std::vector<Vector3>& lights, std::span<const double> weights = {});
 
 struct LobeBatch {
   float parameter[kLobeParameters][kLobeLanes];
-  float error[kLobeLanes];  // sum of squares that the lobe leaves over
+  float error[kLobeLanes];  // sum of squares by weights that the lobe leaves over
 };
 
 // Good parameters to begin with: of three directions (that of the best linear fit, half way from it to the

@@ -159,10 +159,11 @@ PlmPolynomials fit_polynomials(const Dataset& dataset, const Directions& directi
     return Result<Done>(Done{});
   };
   static_cast<void>(for_each_index(pairs, fit_image, progress));
-  for (const ImageFit& image : images) {
-    result.kept += image.kept;
-    result.lobe_squares += image.lobe_squares;
-    result.squares += image.squares;
+  // A pair's polynomials are its own: its weight counts in the sums alone.
+  for (std::size_t pair = 0; pair < pairs; ++pair) {
+    result.kept += images[pair].kept;
+    result.lobe_squares += info.weight(pair) * images[pair].lobe_squares;
+    result.squares += info.weight(pair) * images[pair].squares;
   }
   return result;
 }

@@ -17,7 +17,7 @@ enum class PlmPolynomial { none, histogram, least_squares };
 struct PlmPolynomials {
   std::vector<float> terms;  // b_j of channel c of pair p at ((j - 1) channels + c) pairs + p
   std::size_t kept = 0;      // of all pairs and channels, how many are not the identity 1, 0, 0, 0, 0
-  double lobe_squares = 0;   // sum of squares that the lobes alone leave over
+  double lobe_squares = 0;   // sum of squares by the pairs' weights that the lobes alone leave over
   double squares = 0;        // and with the polynomials
 };
 

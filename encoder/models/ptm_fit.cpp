@@ -29,8 +29,9 @@ using ViewRows = std::vector<float>;
 // The matrices of one view in single precision.
 struct ViewSolver {
   ViewPairs pairs;
-  Matrix solve;     // pairs x 6
-  Matrix evaluate;  // 6 x pairs
+  Matrix solve;              // pairs x 6
+  Matrix evaluate;           // 6 x pairs
+  Eigen::RowVectorXd roots;  // of the pairs' weights; none: all alike
 };
 
 struct Fitted {
@@ -55,7 +56,12 @@ Fitted fit_views(const Dataset& dataset, const std::vector<ViewSolver>& solvers,
           const ViewSolver& solver = solvers[v];
           const auto values = block.middleCols(as_index(solver.pairs.first), as_index(solver.pairs.count));
           const Matrix coefficients = values * solver.solve;
-          sum += (values - coefficients * solver.evaluate).cast<double>().squaredNorm();
+          if (solver.roots.size() == 0) {
+            sum += (values - coefficients * solver.evaluate).cast<double>().squaredNorm();
+          } else {
+            sum += ((values - coefficients * solver.evaluate).cast<double>() * solver.roots.asDiagonal())
+                       .squaredNorm();
+          }
           for (Eigen::Index r = 0; r < block.rows(); ++r) {
             const std::size_t row = number * rows.block_rows + static_cast<std::size_t>(r);
             const std::size_t texel = row / channels, channel = row % channels;
@@ -78,14 +84,18 @@ Fitted fit_views(const Dataset& dataset, const std::vector<ViewSolver>& solvers,
 
 const std::span<const OptionSpec> kPtmFitOptions = kOptions;
 
-PtmInverse ptm_inverse(const std::vector<Vector3>& lights) {
+PtmInverse ptm_inverse(const std::vector<Vector3>& lights, std::span<const double> weights) {
   PtmInverse result;
   result.terms.resize(as_index(lights.size()), kPtmTerms);
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const double u = lights[i][0], v = lights[i][1];
     result.terms.row(as_index(i)) << u * u, v * v, u * v, u, v, 1;
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(result.terms, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  Eigen::VectorXd roots(as_index(weights.size()));
+  for (std::size_t i = 0; i < weights.size(); ++i) roots[as_index(i)] = std::sqrt(weights[i]);
+  const Eigen::MatrixXd weighted =
+      weights.empty() ? Eigen::MatrixXd(result.terms) : Eigen::MatrixXd(roots.asDiagonal() * result.terms);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(weighted, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::VectorXd& s = svd.singularValues();
   Eigen::VectorXd inverse = Eigen::VectorXd::Zero(s.size());
   for (Eigen::Index i = 0; i < s.size(); ++i) {
@@ -94,6 +104,7 @@ PtmInverse ptm_inverse(const std::vector<Vector3>& lights) {
     ++result.rank;
   }
   result.inverse = svd.matrixV() * inverse.asDiagonal() * svd.matrixU().transpose();
+  if (!weights.empty()) result.inverse = result.inverse * roots.asDiagonal();
   return result;
 }
 
@@ -109,9 +120,13 @@ Result<FitResult> ptm_fit(const FitInput& input, const FitSettings& settings) {
   std::vector<ViewSolver> solvers;
   std::uint32_t least_rank = kPtmTerms;
   for (const ViewPairs& pairs : pairs_of_views(dataset.info())) {
-    const PtmInverse inverse = ptm_inverse(lights_of(described->directions, pairs));
+    const PtmInverse inverse =
+        ptm_inverse(lights_of(described->directions, pairs), weights_of(dataset.info(), pairs));
+    Eigen::RowVectorXd roots(as_index(dataset.info().weights.empty() ? 0 : pairs.count));
+    for (Eigen::Index i = 0; i < roots.size(); ++i)
+      roots[i] = std::sqrt(dataset.info().weight(pairs.first + static_cast<std::size_t>(i)));
     solvers.push_back(
-        {pairs, inverse.inverse.transpose().cast<float>(), inverse.terms.transpose().cast<float>()});
+        {pairs, inverse.inverse.transpose().cast<float>(), inverse.terms.transpose().cast<float>(), roots});
     least_rank = std::min(least_rank, inverse.rank);
   }
   Fitted fitted;

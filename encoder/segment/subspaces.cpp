@@ -66,14 +66,16 @@ EqualRows equal_rows(const Matrix& rows) {
 }
 
 // At most as many clusters as there are different rows.
-KMeans clusters_of(const Matrix& rows, const EqualRows& equal, std::size_t clusters, std::uint64_t seed) {
-  if (clusters < equal.different) return k_means(rows, clusters, seed);
-  return means_of(rows, std::vector<std::uint16_t>(equal.number.begin(), equal.number.end()),
-                  equal.different);
+KMeans clusters_of(const Matrix& rows, std::span<const double> weights, const EqualRows& equal,
+                   std::size_t clusters, std::uint64_t seed) {
+  if (clusters < equal.different) return k_means(rows, clusters, seed, weights);
+  return means_of(rows, std::vector<std::uint16_t>(equal.number.begin(), equal.number.end()), equal.different,
+                  weights);
 }
 
-KMeans fewest_clusters(const Matrix& rows, const EqualRows& equal, std::size_t most, std::uint64_t seed) {
-  KMeans best = clusters_of(rows, equal, 1, seed);
+KMeans fewest_clusters(const Matrix& rows, std::span<const double> weights, const EqualRows& equal,
+                       std::size_t most, std::uint64_t seed) {
+  KMeans best = clusters_of(rows, weights, equal, 1, seed);
   const double enough =
       std::max((1 - kExplained) * best.error, kLeastMeanSquare * static_cast<double>(rows.rows()));
   // `few` are too few; `many` are enough, or the most there may be. Few clusters take less time than many.
@@ -81,11 +83,11 @@ KMeans fewest_clusters(const Matrix& rows, const EqualRows& equal, std::size_t m
   while (best.error > enough && many < most) {
     few = many;
     many = std::min(2 * many, most);
-    best = clusters_of(rows, equal, many, seed);
+    best = clusters_of(rows, weights, equal, many, seed);
   }
   while (many - few > 1) {
     const std::size_t between = (few + many) / 2;
-    KMeans found = clusters_of(rows, equal, between, seed);
+    KMeans found = clusters_of(rows, weights, equal, between, seed);
     if (found.error > enough) {
       few = between;
     } else {
@@ -140,10 +142,11 @@ Result<Subspaces> segment_pairs(const Dataset& dataset, std::uint32_t clusters, 
   const EqualRows equal = equal_rows(rows);
   const std::size_t most =
       std::min<std::size_t>(clusters > 0 ? clusters : kMostAutomaticSubspaces, equal.different);
-  const KMeans found =
-      clusters > 0 ? clusters_of(rows, equal, most, seed) : fewest_clusters(rows, equal, most, seed);
+  const std::vector<double>& weights = dataset.info().weights;
+  const KMeans found = clusters > 0 ? clusters_of(rows, weights, equal, most, seed)
+                                    : fewest_clusters(rows, weights, equal, most, seed);
   Subspaces result = in_order(found, medoids(rows, found));
-  const double spread = means_of(rows, std::vector<std::uint16_t>(found.cluster.size()), 1).error;
+  const double spread = means_of(rows, std::vector<std::uint16_t>(found.cluster.size()), 1, weights).error;
   result.explained = spread > 0 ? std::max(0.0, 1 - found.error / spread) : 1;
   return result;
 }

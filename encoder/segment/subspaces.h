@@ -19,8 +19,9 @@ struct Subspaces {
 
 inline constexpr std::uint32_t kMostAutomaticSubspaces = 64;
 
-// Features are colour_histograms. clusters: up to 65536; pairs whose features are equal share a subspace, so
-// that there are at most as many as different features, and with at least that many each has its own.
+// Features are colour_histograms; squared distances and means count by the pairs' weights. clusters: up to
+// 65536; pairs whose features are equal share a subspace, so that there are at most as many as different
+// features, and with at least that many each has its own.
 //
 // 0: the fewest, at most kMostAutomaticSubspaces, that a bisection finds to explain 90 % of the features'
 // squared distances from their mean, or that leave a mean squared distance of 0.05, what a shift by 1 L*

@@ -21,6 +21,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 struct PairRecord {
+  double weight = 1;
   double squares = 0, peak = 0;  // sum of squared differences, largest one
   double ssim = kNaN, mae_lab = kNaN, flip = kNaN, colours = kNaN;
   double brdf_squares = 0;  // of channels' means, averaged over channels
@@ -100,10 +101,13 @@ double quantile(std::vector<double> values, double share) {
   return values[below] + (rank - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
-double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v;
-  return sum / static_cast<double>(values.size());
+double mean(std::span<const PairRecord* const> records, const std::vector<double>& values) {
+  double sum = 0, weights = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    sum += records[i]->weight * values[i];
+    weights += records[i]->weight;
+  }
+  return sum / weights;
 }
 
 std::vector<double> gather(std::span<const PairRecord* const> records, double PairRecord::*member) {
@@ -121,24 +125,25 @@ GroupMetrics group(std::span<const PairRecord* const> records, double image_samp
     out.psnr_db_p5 = out.ssim_p5 = out.mae_lab_p95 = out.flip_p95 = kNaN;
     return out;
   }
-  double squares = 0;
+  double squares = 0, weights = 0;
   std::vector<double> psnrs;
   for (const PairRecord* r : records) {
-    squares += r->squares;
+    squares += r->weight * r->squares;
+    weights += r->weight;
     out.peak_8bit = std::fmax(out.peak_8bit, 255 * r->peak);
     psnrs.push_back(std::fmin(psnr(r->squares / image_samples), kMostPsnrDb));
   }
-  const double mse = squares / (image_samples * static_cast<double>(records.size()));
+  const double mse = squares / (image_samples * weights);
   out.psnr_db = psnr(mse);
   out.rmse_8bit = 255 * std::sqrt(mse);
   const auto ssim = gather(records, &PairRecord::ssim), mae_lab = gather(records, &PairRecord::mae_lab),
              flip = gather(records, &PairRecord::flip);
-  out.mean_psnr_db = mean(psnrs);
-  out.ssim = mean(ssim);
-  out.mae_lab = mean(mae_lab);
-  out.flip = mean(flip);
-  out.brdf_rmse_8bit = 255 * std::sqrt(mean(gather(records, &PairRecord::brdf_squares)));
-  out.colours = mean(gather(records, &PairRecord::colours));
+  out.mean_psnr_db = mean(records, psnrs);
+  out.ssim = mean(records, ssim);
+  out.mae_lab = mean(records, mae_lab);
+  out.flip = mean(records, flip);
+  out.brdf_rmse_8bit = 255 * std::sqrt(mean(records, gather(records, &PairRecord::brdf_squares)));
+  out.colours = mean(records, gather(records, &PairRecord::colours));
   out.psnr_db_p5 = quantile(psnrs, 0.05);
   out.ssim_p5 = quantile(ssim, 0.05);
   out.mae_lab_p95 = quantile(mae_lab, 0.95);
@@ -197,6 +202,7 @@ Result<DatasetMetrics> compare_datasets(const Dataset& reference, const Dataset&
     const CodeView va{codes_a, a.width, a.height, a.channel_count(), meaning, &tables_a};
     const CodeView vb{codes_b, b.width, b.height, b.channel_count(), meaning, &tables_b};
     PairRecord& record = records[i];
+    record.weight = a.weight(i);
     compare_codes(va, vb, a.type == b.type, record);
     if (options.measures.ssim) record.ssim = ssim_by_rows(va, vb);
     if (options.measures.mae_lab && colours) record.mae_lab = lab_difference(va, vb).mae;

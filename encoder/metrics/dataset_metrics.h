@@ -18,7 +18,8 @@ inline constexpr double kSteepDegrees = 45;
 // A pair's PSNR counts as at most this in mean and percentile, so that equal images stay finite.
 inline constexpr double kMostPsnrDb = 100;
 
-// Over a set of pairs. All are NaN where there are no pairs; single ones where ImageMetrics has them NaN.
+// Over a set of pairs, each counted by the reference's DatasetInfo::weights but for peak_8bit and the
+// percentiles. All are NaN where there are no pairs; single ones where ImageMetrics has them NaN.
 struct GroupMetrics {
   std::uint64_t pairs = 0;
   // Pooled: from the squared error over all texels, channels and pairs. Infinite PSNR where all are equal.

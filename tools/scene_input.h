@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "encoder/model_table.h"
-#include "encoder/scene/scene.h"
+#include "encoder/scene/scene_file.h"
 #include "tools/command.h"
 
 namespace btfc {

@@ -1,7 +1,7 @@
 // From a scene and what was measured to the pairs that the scene needs.
 #pragma once
 #include "encoder/dataset/pair_choice.h"
-#include "encoder/scene/scene.h"
+#include "encoder/scene/scene_file.h"
 
 namespace btfc {
 

@@ -1,5 +1,5 @@
 // JSON -> scene, each value checked.
-#include "encoder/scene/scene.h"
+#include "encoder/scene/scene_file.h"
 
 #include <fmt/format.h>
 

@@ -187,8 +187,8 @@ Result<double> angle_in(const Json& value, const std::string& where) {
 }
 
 Result<bool> cosine_in(const Json& value, const std::string& where) {
-  if (value == "uniform") return false;
-  if (value == "cosine") return true;
+  const std::string kind = value.is_string() ? value.get<std::string>() : "";
+  if (kind == "uniform" || kind == "cosine") return kind == "cosine";
   return bad_data(where + " is neither \"uniform\" nor \"cosine\"");
 }
 

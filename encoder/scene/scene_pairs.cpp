@@ -40,7 +40,7 @@ std::vector<double> shares_of_range(const DirectionRange& range, double toleranc
     const double theta = range.theta_least + (double{range.theta_most} - range.theta_least) * (row / rows);
     const double columns = steps(range.phi_width * std::sin(theta));
     for (double column = 0; column <= columns; ++column) {
-      const Vector3 d = unit_vector({theta, range.phi_from + range.phi_width * (column / columns)});
+      const Vector3 d = unit_vector(Direction{theta, range.phi_from + range.phi_width * (column / columns)});
       if (angle_to_span(hull, d) <= tolerance) continue;
       for (const DirectionShare& corner : mesh.corners(d)) shares[corner.index] = 1;
     }

@@ -8,6 +8,7 @@
 
 #include "decoder/convert.h"
 #include "decoder/handles.h"
+#include "format/file_domain.h"
 
 namespace {
 
@@ -341,6 +342,8 @@ btfc_result btfc_texture_load(btfc_reader* reader, const btfc_selection* selecti
   return guarded(error, [&] {
     Result<LoadedItem> item = load_item(reader->bytes, reader->file, levels);
     if (!item) return report(item.error(), error);
+    const Result<std::optional<Domain>> domain = read_file_domain(reader->bytes, reader->file);
+    if (!domain) return report(domain.error(), error);
     const bool selects = selection != nullptr && (selection->period != 0 || selection->relief != 0);
     const DecoderModel& model = decoder_model(item->head.model);
     if (selects && model.select == nullptr)
@@ -353,6 +356,12 @@ btfc_result btfc_texture_load(btfc_reader* reader, const btfc_selection* selecti
     texture->item = *std::move(item);
     texture->model = &model;
     if (model.make_tables != nullptr) texture->tables = model.make_tables(texture->item);
+    texture->domain_stated = domain->has_value();
+    texture->domain = domain->value_or(Domain{});
+    if (texture->item.head.pairs > 1) {
+      texture->view_hull = convex_hull(texture->item.directions.views);
+      texture->light_hull = convex_hull(texture->item.directions.lights);
+    }
     *texture_ret = texture.release();
     return BTFC_OK;
   });

@@ -9,6 +9,7 @@
 #include "btfc/btfc.h"
 #include "decoder/model_table.h"
 #include "format/container.h"
+#include "format/domain.h"
 
 struct btfc_reader {
   btfc_source source{};
@@ -21,6 +22,9 @@ struct btfc_texture {
   btfc::LoadedItem item;
   const btfc::DecoderModel* model = nullptr;
   std::vector<std::uint64_t> tables;  // of the model's fast paths
+  bool domain_stated = false;
+  btfc::Domain domain;                                      // as DOMN says, or what holds without it
+  std::vector<btfc::DirectionPoint> view_hull, light_hull;  // what the directions span; empty without some
 };
 
 struct btfc_scratch {

@@ -8,6 +8,7 @@
 #include "format/checked.h"
 #include "format/chunk_codec.h"
 #include "format/container.h"
+#include "format/file_domain.h"
 
 namespace btfc {
 namespace {
@@ -158,8 +159,19 @@ Result<Bytes> read_described(const ByteSource& source, const Directory& director
   return read_chunk(source, *entry);
 }
 
+// Chunks that every model's file may have, once each, and that no decoder needs.
+constexpr ChunkKey kAncillary[] = {{kMeta, kSafeToCopy}, {kDomn, 0}};
+
+bool is_ancillary(const ChunkKey& key) {
+  return std::any_of(std::begin(kAncillary), std::end(kAncillary), [&](const ChunkKey& known) {
+    return key.flags == known.flags && key.order() == known.order();
+  });
+}
+
 bool is_known_type(std::uint32_t type, const ModelFormat& model) {
-  return type == kHead || type == kParm || type == kMeta || model.knows_type(type);
+  const auto named = [&](const ChunkKey& known) { return known.type == type; };
+  return type == kHead || type == kParm || model.knows_type(type) ||
+         std::any_of(std::begin(kAncillary), std::end(kAncillary), named);
 }
 
 std::string key_text(const ChunkKey& k) {
@@ -185,8 +197,7 @@ std::optional<Error> demand_fault(const Directory& directory, const ModelFormat&
     const IndexEntry& e = directory.entries[i];
     if (!is_known_type(e.key.type, model)) continue;
     const std::uint64_t at = kHeaderBytes + kIndexEntryBytes * i;
-    const ChunkKey meta{kMeta, kSafeToCopy};
-    if (e.key.type == kMeta && e.key.flags == meta.flags && e.key.order() == meta.order()) continue;
+    if (is_ancillary(e.key)) continue;
     if (next == expected.size()) return invalid("D12", at, "there is a chunk too many: " + key_text(e.key));
     const ChunkSpec& want = expected[next++];
     if (e.key.order() != want.key.order() || e.key.flags != want.key.flags) {
@@ -316,6 +327,25 @@ Result<LoadedItem> load_item(const ByteSource& source, const OpenedFile& file, s
   return find_model(file.head.model)->load(file.head, file.parm, chunk_reader(source, file), levels);
 }
 
+Result<std::optional<Domain>> read_file_domain(const ByteSource& source, const OpenedFile& file) {
+  const IndexEntry* entry = find_entry(file.directory, {kDomn, 0});
+  if (entry == nullptr) return std::optional<Domain>();
+  // Rule DM1's most, before anything of the size is allocated.
+  if (entry->raw_bytes > kMaxDomainBytes) {
+    return invalid("DM1", entry->offset,
+                   fmt::format("DOMN has {} bytes, expected at most {}", entry->raw_bytes, kMaxDomainBytes));
+  }
+  const Result<Bytes> raw = read_chunk(source, *entry);
+  if (!raw) return raw.error();
+  Result<Domain> domain = read_domain(file.head, *raw);
+  if (!domain) {
+    Error error = domain.error();
+    error.offset = entry->offset;
+    return error;
+  }
+  return std::optional<Domain>(*std::move(domain));
+}
+
 Result<Meta> read_file_meta(const ByteSource& source, const Directory& directory) {
   const IndexEntry* entry = find_entry(directory, {kMeta, kSafeToCopy});
   if (entry == nullptr) return Meta{};
@@ -332,6 +362,7 @@ Result<Done> verify_file(const ByteSource& source, const ReadLimits& limits) {
     if (const Result<Bytes> raw = read_chunk(source, entry); !raw) return raw.error();
   }
   if (const Result<LoadedItem> item = load_item(source, *file); !item) return item.error();
+  if (const auto domain = read_file_domain(source, *file); !domain) return domain.error();
   if (const Result<Meta> meta = read_file_meta(source, file->directory); !meta) return meta.error();
   if (auto fault = padding_fault(source, file->directory)) return *fault;
   // D12 makes this hold; stated again because the promise to users is about these two numbers.

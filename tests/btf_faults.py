@@ -59,6 +59,30 @@ def without_last_light(start, head):
     return change
 
 
+def domain_faults(chunks):
+    """Those of DOMN (btfc.md 5.4), which any file may have: views in a range, two lights listed."""
+    sound = struct.pack("<4B2f2I2f2I8f", 1, 2, 0, 0, 0.03, 0, 0, 0, 0, 4, 0, 2, 0.25, 0.5, 0, 1, 0, 0, 0, 0)
+    sound += struct.pack("<4i", 0, 0, 1 << 20, 0)
+
+    def broken(change):
+        return files.build_file(chunks + [files.raw_chunk(b"DOMN", 0, change(bytearray(sound)))])
+
+    yield "DM1", "DOMN too short", broken(lambda raw: bytes(raw[:67]))
+    yield "DM1", "DOMN entries missing", broken(lambda raw: bytes(raw[:76]))
+    yield "DM1", "DOMN 65537 views", broken(put(28, "<I", 65537))
+    yield "DM2", "DOMN kind", broken(put(0, "B", 4))
+    yield "DM2", "DOMN pairs of views alone", broken(put(0, "B", 3))
+    yield "DM2", "DOMN list without entries", broken(lambda raw: bytes(raw[:32] + bytes(4) + raw[36:68]))
+    yield "DM2", "DOMN range of another kind", broken(put(0, "B", 0))
+    yield "DM2", "DOMN scale", broken(put(2, "B", 17))
+    yield "DM2", "DOMN reserved", broken(put(3, "B", 1))
+    yield "DM3", "DOMN tolerance not a number", broken(put(4, "<f", float("nan")))
+    yield "DM3", "DOMN footprints in reverse", broken(put(24, "<f", -1))
+    yield "DM3", "DOMN theta in reverse", broken(put(40, "<f", 0.125))
+    yield "DM4", "DOMN point below the horizon", broken(put(80, "<I", 1 << 31))
+    yield "DM5", "DOMN beyond 2^32", broken(put(12, "<I", 0xffffffff))
+
+
 def direction_faults(chunks, head):
     """Those of tables.md that concern every model; chunks and HEAD of each vector by its name."""
     plain, some = chunks["rgb8_f32"], chunks["missing"]  # all pairs; not all
@@ -88,6 +112,8 @@ def faults(model, vectors, open_file):
     chunks = {name: files.read_chunks(data) for name, data in vectors.items()}
     head = {name: open_file(data).head for name, data in vectors.items()}
     yield from direction_faults(chunks, head)
+    if model == "pca":
+        yield from domain_faults(chunks["rgb8_f32"])
     plain, letters = chunks["rgb8_f32"], LETTERS[model]
     yield "V5", "unbounded", with_chunk(plain, b"HEAD", put(UNBOUNDED_AT, "B", 1))
     yield "V5", "value transform", with_chunk(plain, b"HEAD", put(TRANSFORM_AT, "B", 1))

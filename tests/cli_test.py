@@ -978,6 +978,190 @@ class DatasetTest(CommandTest):
         self.assertEqual((read["pairs"], read["width"], read["height"], read["wraps"]), (6561, 4, 3, True))
 
 
+class SceneTest(CommandTest):
+    """Only what a scene requires: read, fitted, stored, measured; and scenes made from cameras."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.set = cls.folder / "set"
+        btf_sets.write_named_set(cls.set, btf_sets.GRID, btf_sets.RING, (8, 8))
+
+    def scene(self, name="scene.json", **members):
+        path = self.folder / name
+        path.write_text(json.dumps(members))
+        return path
+
+    def noted(self, *args):
+        """JSON of a verb that reads less than there is, and says so."""
+        done = run(*args)
+        self.assertIn(done.returncode, (0, DIFFERENT), done.stderr)
+        return json.loads(done.stdout), done.stderr
+
+    def test_other_images_are_not_read(self):
+        scene = self.scene(views={"theta": [0, 40]}, lights={"list": [[0, 0], [35, 90]]}, region=[2, 1, 4, 6],
+                           tolerance=25)
+        broken = self.folder / "broken"
+        shutil.copytree(self.set, broken)
+        kept = 0
+        for path in broken.iterdir():
+            wanted = any(t in path.name for t in ("tv000", "tv040")) and any(
+                t in path.name for t in ("tl000 pl000", "tl035 pl090"))
+            kept += wanted
+            if not wanted:
+                path.write_bytes(b"no image")
+        self.assertEqual(kept, 8)
+        out = self.path("scene.btfc")
+        told, said = self.noted("encode", broken, "-o", out, "--model", "pca", "--rank", "4", "--scene", scene, "--json")
+        self.assertEqual((told["images_read"], told["width"], told["height"]), (8, 4, 6))
+        self.assertIn("8 of 50 images were read", said)
+        info = self.json("info", out, "--json")
+        self.assertEqual((info["views"], info["lights"], info["pairs"]), (4, 2, 8))
+        self.assertEqual(info["domain"], {
+            "views": {"kind": "range", "theta": [0, 40], "phi": [0, 360]},
+            "lights": {"kind": "list", "list": [[0, 0], [35, 90]]},
+            "tolerance": 25, "radius": 0, "origin": [2, 1], "scale": 1, "footprints": None})
+        self.ok("verify", out)
+        # The unrestricted file over the same domain, and both measured against the set.
+        whole = self.path("whole.btfc")
+        self.ok("encode", self.set, "-o", whole, "--model", "pca", "--rank", "4")
+        figures = {}
+        for name, path in (("scene", out), ("whole", whole)):
+            told, _ = self.noted("compare", broken, path, "--scene", scene, "--json")
+            self.assertEqual((told["pairs"], told["weighted"]), (8, False))
+            figures[name] = told["psnr_db"] or 99
+        self.assertGreater(figures["scene"], figures["whole"])
+        # Decoding outside says so and answers.
+        done = run("decode", out, "-o", self.path("out.png"), "--view", "70,0", "--light", "35,90")
+        self.assertEqual(done.returncode, 0)
+        self.assertRegex(done.stderr, r"outside .*: the view;")
+        self.ok("decode", out, "-o", self.path("out.png"), "--view", "41,20", "--light", "35,90")
+
+    def test_weights_scale_and_channels(self):
+        scene = self.scene(lights={"list": [{"direction": [0, 0], "weight": 3}, [35, 0]]}, footprints=[2.5, 8],
+                           channels=["G"], weights="cosine")
+        out = self.path("scaled.btfc")
+        told, _ = self.noted("encode", self.set, "-o", out, "--model", "lpca", "--clusters", "2", "--rank", "3",
+                             "--scene", scene, "--json")
+        self.assertEqual((told["width"], told["height"], told["images_read"]), (4, 4, 20))
+        info = self.json("info", out, "--json")
+        self.assertEqual((info["channels"], info["domain"]["scale"], info["domain"]["footprints"]), (1, 2, [1.25, 4]))
+        told, _ = self.noted("compare", self.set, out, "--scene", scene, "--json")
+        self.assertTrue(told["weighted"])
+        self.assertEqual(told["pairs"], 20)
+        done = run("decode", out, "-o", self.path("out.png"), "--footprint", "5")
+        self.assertIn("the footprint", done.stderr)
+
+    def test_target(self):
+        scene = self.scene(views={"theta": [0, 40]}, target={"bytes": 1500})
+        told, _ = self.noted("encode", self.set, "-o", self.path("gm.btfc"), "--model", "gm", "--iterations", "20",
+                             "--scene", scene, "--json")
+        self.assertLessEqual(told["payload_bits"], 8 * 1500)
+        self.fails(USAGE, "encode", self.set, "-o", self.path("x.btfc"), "--model", "gm", "--psnr", "20", "--scene", scene,
+                   says="target")
+        self.fails(USAGE, "encode", self.set, "-o", self.path("x.btfc"), "--model", "pca", "--scene", scene,
+                   says=("--bytes", "auto"))
+
+    def test_textures(self):
+        scene = self.scene(region=[4, 4, 24, 24], footprints=[2, 4], channels=[0, 2])
+        out = self.path("texture.btfc")
+        self.ok("encode", self.image, "-o", out, "--model", "patch", "--k", "4", "--wb", "6", "--we", "2", "--scene", scene)
+        info = self.json("info", out, "--json")
+        self.assertEqual((info["channels"], info["parameters"]["sample_width"], info["domain"]["origin"]), (2, 12, [4, 4]))
+        self.fails(USAGE, "encode", self.image, "-o", out, "--model", "patch", "--scene", self.scene(views={"theta": [0, 9]}),
+                   says="no directions")
+        self.fails(USAGE, "encode", self.image, "-o", out, "--model", "patch", "--scene", self.scene(footprints=[3, 9],
+                   region=[0, 0, 5, 4]), says="region of 4x4")
+
+    def test_mistakes(self):
+        encode = ["encode", self.set, "-o", self.path("x.btfc"), "--model", "pca"]
+        self.fails(INVALID, *encode, "--scene", self.scene(view={}), says="'view'")
+        self.fails(IO, *encode, "--scene", "nowhere.json", says="nowhere.json")
+        self.fails(USAGE, *encode, "--scene", self.scene(region=[0, 0, 4, 4]), "--crop", "0,0,4,4", says="--crop")
+        self.fails(USAGE, *encode, "--scene", self.scene(region=[0, 0, 9, 4]), says="8x8")
+        self.fails(USAGE, *encode, "--scene", self.scene(channels=["X"]), says="'X'")
+
+    def seen(self, **members):
+        """The scene of CAMERAS.json, beside what the command says."""
+        cameras = self.scene("cameras.json", **members)
+        told = self.json("scene", "from-camera", cameras, "-o", self.path("seen.json"), "--json")
+        return json.loads(Path(self.path("seen.json")).read_text()), told
+
+    def test_plane_from_cameras(self):
+        plane = {"kind": "plane", "size": [100, 100], "texels_per_unit": 8}
+        camera = {"position": [0, -3, 3], "look_at": [0, 0, 0], "fov": 2}
+        scene, told = self.seen(surface=plane, image=[5, 5], cameras=[camera], cell=9,
+                                lights=[{"direction": [1, 0, 1]}, {"direction": [0, 0, -1]}, {"position": [0, 4, 0.001]}])
+        self.assertEqual((told["frames"], told["pixels"], told["samples"]), (1, 25, 50))
+        pairs = sorted(scene["pairs"], key=lambda p: p["light"])
+        self.assertEqual(len(pairs), 2)
+        for pair, light in zip(pairs, ([45, 0], [90, 90])):
+            self.assertAlmostEqual(pair["weight"], 0.5)
+            for found, angle in zip(pair["view"] + pair["light"], [45, 270] + light):
+                self.assertAlmostEqual(found, angle, delta=0.1)
+        # A pixel's side at the distance over the cosine, in texels; half a field about the middle.
+        size = 2 * math.tan(math.radians(1)) / 5 * math.sqrt(18) * 8 / math.cos(math.radians(45))
+        self.assertLess(scene["footprints"][0], size)
+        self.assertGreater(scene["footprints"][1], size)
+        self.assertLess(scene["footprints"][1], 1.1 * size)
+        # As an encoder takes it.
+        self.noted("encode", self.set, "-o", self.path("x.btfc"), "--model", "pca", "--rank", "2", "--scene",
+                   self.path("seen.json"), "--json")
+
+    def test_sphere_and_path(self):
+        ball = {"kind": "sphere", "radius": 1, "texels_per_unit": 10}
+        camera = {"position": [4, 0, 0], "look_at": [0, 0, 0], "fov": 40}
+        scene, told = self.seen(surface=ball, image=[40, 40], cameras=[camera], lights=[{"direction": [1, 0, 0]}])
+        # The sphere's outline is a cone of asin(1/4) about the axis: its share of the picture.
+        self.assertAlmostEqual(told["pixels"] / 1600, math.pi / 4 * (math.tan(math.asin(0.25)) / math.tan(math.radians(20))) ** 2,
+                               delta=0.02)
+        self.assertEqual(told["samples"], told["pixels"])  # the light stands where the camera does
+        for pair in scene["pairs"]:
+            # Light and view lie in one plane with the normal; the view leans farther out, for it comes from nearby.
+            self.assertGreaterEqual(pair["view"][0] + 0.5, pair["light"][0])
+            if pair["view"][0] > 30:
+                self.assertLess(abs((pair["view"][1] - pair["light"][1] + 180) % 360 - 180), 15)
+        # A light from the side leaves half of it dark; three frames of a path.
+        _, told = self.seen(surface=ball, image=[40, 40], cameras=[camera, {**camera, "position": [4, 0, 1]}], steps=2,
+                            lights=[{"direction": [0, 1, 0]}], most_pairs=3)
+        self.assertEqual((told["frames"], told["joint"]), (3, False))
+        self.assertAlmostEqual(told["samples"] / told["pixels"], 0.5, delta=0.02)
+
+    def test_mesh(self):
+        # Two squares: the upper one, a quarter as large, shades a part of the lower one. u to the right, v to the top.
+        (self.folder / "squares.obj").write_text(
+            "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv -.5 -.5 1\nv .5 -.5 1\nv .5 .5 1\nv -.5 .5 1\n"
+            "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\nf 5/1 6/2 7/3 8/4\n")
+        mesh = {"kind": "mesh", "file": "squares.obj", "texels": [64, 64]}
+        camera = {"position": [0, 0, 100], "look_at": [0, 0, 0], "up": [0, 1, 0], "fov": 2}
+        scene, told = self.seen(surface=mesh, image=[64, 64], cameras=[camera], lights=[{"direction": [0.5, 0, 1]}])
+        frame = 2 * 100 * math.tan(math.radians(1))  # of the lower square's plane
+        self.assertAlmostEqual(told["pixels"] / 4096, (2 / frame) ** 2, delta=0.01)
+        # In shadow and seen from above: what the upper square's shadow, shifted by half a unit, leaves uncovered.
+        self.assertAlmostEqual(told["samples"] / told["pixels"], 1 - 0.5 / 4, delta=0.02)
+        for pair in scene["pairs"]:
+            self.assertAlmostEqual(pair["light"][0], math.degrees(math.atan(0.5)), delta=0.6)
+            self.assertLess(pair["view"][0], 1)
+        # The upper square has its 64 texels on one unit, the lower one on two.
+        for found, expected in zip(scene["footprints"], (frame / 64 * 32, 0.99 * frame / 64 * 64)):
+            self.assertAlmostEqual(found, expected, delta=0.01 * expected)
+        (self.folder / "bare.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        self.fails(INVALID, "scene", "from-camera",
+                   self.scene("cameras.json", surface={**mesh, "file": "bare.obj"}, image=[2, 2], cameras=[camera],
+                              lights=[{"direction": [0, 0, 1]}]), "-o", self.path("x.json"), says="texture coordinates")
+
+    def test_camera_mistakes(self):
+        good = {"surface": {"kind": "plane", "size": [1, 1], "texels_per_unit": 1}, "image": [2, 2],
+                "cameras": [{"position": [0, 0, 1], "look_at": [0, 0, 0], "fov": 30}], "lights": [{"direction": [0, 0, 1]}]}
+        for says, change in (("'shape'", {"shape": 1}), ("'kind'", {"surface": {"kind": "cube"}}),
+                             ("'lights'", {"lights": []}), ("'fov'", {"cameras": [{"position": [0, 0, 1], "look_at": [0, 0, 0]}]}),
+                             ("'size'", {"surface": {"kind": "plane", "size": [1], "texels_per_unit": 1}}),
+                             ("no pixel", {"cameras": [{"position": [0, 0, 1], "look_at": [0, 0, 2], "fov": 30}]}),
+                             ("no light", {"lights": [{"direction": [0, 0, -1]}]})):
+            self.fails(INVALID, "scene", "from-camera", self.scene("cameras.json", **{**good, **change}), "-o",
+                       self.path("x.json"), says=says)
+
+
 class RenderTest(CommandTest):
     """Pictures of lit shapes, where there is a Vulkan device with its validation layer."""
 

@@ -2,6 +2,7 @@
 // named.
 #include <zstd.h>
 
+#include <bit>
 #include <fstream>
 #include <regex>
 #include <set>
@@ -88,6 +89,24 @@ Bytes one_run_frame(std::uint32_t stated, std::uint32_t held) {
   z[10] = 7;
   z.resize(11);
   return z;
+}
+
+// The sound file with a DOMN: views in a range, two lights listed; its bytes edited.
+Bytes with_domain(const std::function<void(Bytes&)>& edit) {
+  Domain domain;
+  domain.views.kind = DomainKind::range;
+  domain.views.range = {0.25f, 0.5f, 0, 1};
+  domain.lights.kind = DomainKind::list;
+  domain.lights.points = {{0, 0}, {1 << 20, 0}};
+  Bytes raw = write_domain(domain);
+  edit(raw);
+  FitResult result =
+      fit("patch", noise(12, 10, 3, SampleType::unorm8), {{"wb", "8"}, {"k", "3"}, {"we", "3"}});
+  result.chunks.push_back({{kDomn, 0}, raw});
+  return pack(result);
+}
+void store_float(Bytes& raw, std::size_t at, float v) {
+  store_u32(&raw[at], std::bit_cast<std::uint32_t>(v));
 }
 
 struct Case {
@@ -332,6 +351,31 @@ std::vector<Case> cases() {
          return with_chunk(
              "SMPL", [](Bytes& raw) { raw.back() = 1; }, trimmed());
        }},
+      {"DOMN too short", "DM1", [] { return with_domain([](Bytes& raw) { raw.resize(67); }); }},
+      {"DOMN entries missing", "DM1", [] { return with_domain([](Bytes& raw) { raw.resize(76); }); }},
+      {"DOMN 65537 views", "DM1", [] { return with_domain([](Bytes& raw) { store_u32(&raw[28], 65537); }); }},
+      {"DOMN kind", "DM2", [] { return with_domain([](Bytes& raw) { raw[0] = 4; }); }},
+      {"DOMN pairs of views alone", "DM2", [] { return with_domain([](Bytes& raw) { raw[0] = 3; }); }},
+      {"DOMN list without entries", "DM2",
+       [] {
+         return with_domain([](Bytes& raw) {
+           raw.resize(68);
+           store_u32(&raw[32], 0);
+         });
+       }},
+      {"DOMN range of another kind", "DM2", [] { return with_domain([](Bytes& raw) { raw[0] = 0; }); }},
+      {"DOMN scale", "DM2", [] { return with_domain([](Bytes& raw) { raw[2] = 17; }); }},
+      {"DOMN reserved", "DM2", [] { return with_domain([](Bytes& raw) { raw[3] = 1; }); }},
+      {"DOMN tolerance not a number", "DM3",
+       [] { return with_domain([](Bytes& raw) { store_u32(&raw[4], 0x7fc00000); }); }},
+      {"DOMN footprints in reverse", "DM3",
+       [] { return with_domain([](Bytes& raw) { store_float(raw, 24, -1); }); }},
+      {"DOMN theta in reverse", "DM3",
+       [] { return with_domain([](Bytes& raw) { store_float(raw, 40, 0.125f); }); }},
+      {"DOMN point below the horizon", "DM4",
+       [] { return with_domain([](Bytes& raw) { store_u32(&raw[80], 0x80000000); }); }},
+      {"DOMN beyond 2^32", "DM5",
+       [] { return with_domain([](Bytes& raw) { store_u32(&raw[12], 0xffffffff); }); }},
       {"PARM size", "PA1", [] { return with_chunk("PARM", [](Bytes& raw) { raw.pop_back(); }); }},
       {"sample of one texel", "PA1", [] { return with_field("PARM", 0, 1); }},
       {"sample too wide", "PA1", [] { return with_field("PARM", 0, 65537); }},
@@ -388,6 +432,13 @@ TEST(Rules, SoundFileIsValid) {
   const Result<Done> verified = verify_bytes(sound_file());
   EXPECT_TRUE(verified) << (verified ? "" : verified.error().message);
   EXPECT_EQ(put_together(take_apart(sound_file())), sound_file());
+}
+
+TEST(Rules, DomainIsReadAsItWasWritten) {
+  const Bytes file = with_domain([](Bytes&) {});
+  const Result<Done> verified = verify_bytes(file);
+  EXPECT_TRUE(verified) << (verified ? "" : verified.error().message);
+  EXPECT_EQ(decode(file)[0].codes, decode(sound_file())[0].codes);
 }
 
 TEST(Rules, EachIsNamedWhenItIsBroken) {

@@ -17,6 +17,7 @@
 #include "tools/contact_sheet.h"
 #include "tools/dataset_input.h"
 #include "tools/file_source.h"
+#include "tools/scene_input.h"
 #include "tools/texture_dataset.h"
 #include "tools/texture_file.h"
 
@@ -94,7 +95,20 @@ Result<MetricOptions> metric_options(const std::string& text) {
   return options;
 }
 
+// B beside a reference that was read with a scene.
+Result<Dataset> candidate_in_scene(const CompareArguments& a, const Scene& scene, const DatasetInfo& like) {
+  const std::optional<Scene> held = scene;
+  const Result<DatasetReadOptions> asked = a.dataset.options(held);
+  if (!asked) return asked.error();
+  return decode_dataset_part(a.b, like, *asked, a.dataset.scratch);
+}
+
 int compare_data(const CompareArguments& a, const MetricOptions& measures) {
+  const Result<std::optional<Scene>> scene = a.dataset.scene();
+  if (!scene) return fail("compare", scene.error());
+  if (*scene && is_btfc(a.a))
+    return fail("compare",
+                bad_argument("--scene of data sets: A is a .btfc file, expected the data set itself"));
   const auto side = [&](const std::string& path) -> Result<Dataset> {
     if (is_btfc(path)) return decode_dataset_finely(path, a.dataset.scratch);
     Result<DatasetRead> read = a.dataset.read(path);
@@ -105,8 +119,10 @@ int compare_data(const CompareArguments& a, const MetricOptions& measures) {
   if (!reference) return fail("compare", reference.error());
   if (a.resample && !is_btfc(a.b))
     return fail("compare", bad_argument("--resample is for a .btfc file as B"));
-  const Result<Dataset> candidate =
-      a.resample ? decode_dataset_like(a.b, reference->info(), a.dataset.scratch) : side(a.b);
+  const Result<Dataset> candidate = *scene && is_btfc(a.b) ? candidate_in_scene(a, **scene, reference->info())
+                                    : a.resample
+                                        ? decode_dataset_like(a.b, reference->info(), a.dataset.scratch)
+                                        : side(a.b);
   if (!candidate) return fail("compare", candidate.error());
   const Result<DatasetMetrics> m =
       compare_datasets(*reference, *candidate, {measures, progress_line("comparing")});
@@ -115,7 +131,8 @@ int compare_data(const CompareArguments& a, const MetricOptions& measures) {
     const auto wrote = write_image(a.sheet, comparison_sheet(*reference, *candidate, kSheetPairs));
     if (!wrote) return fail("compare", wrote.error());
   }
-  const Json json = dataset_metrics_json(*m);
+  Json json = dataset_metrics_json(*m);
+  if (m->weighted) json["weighted"] = true;
   if (const auto wrote = a.report.write(dataset_metrics_text(*m), json); !wrote)
     return fail("compare", wrote.error());
   return m->differing_samples == 0 ? kExitOk : kExitDifferent;
@@ -155,9 +172,16 @@ int compare(const CompareArguments& arguments) {
   if (!arguments.map.empty() && !is_btfc(arguments.a) && !is_btfc(arguments.b)) {
     return stop(bad_argument("--map is for .btfc files, neither A nor B is one"));
   }
-  const Result<Image> a = read_side(arguments.a, arguments.map);
+  const Result<std::optional<Scene>> scene = arguments.dataset.scene();
+  if (!scene) return stop(scene.error());
+  // A .btfc file is taken to be made for the scene.
+  const auto side = [&](const std::string& path) -> Result<Image> {
+    const Result<Image> image = read_side(path, arguments.map);
+    return image && *scene && !is_btfc(path) ? scene_image(**scene, *image, path) : image;
+  };
+  const Result<Image> a = side(arguments.a);
   if (!a) return stop(a.error());
-  const Result<Image> b = read_side(arguments.b, arguments.map);
+  const Result<Image> b = side(arguments.b);
   if (!b) return stop(b.error());
   const Result<ImageMetrics> m = compare_images(*a, *b, *measures);
   if (!m && !arguments.statistics) return stop(m.error());
@@ -243,6 +267,7 @@ Verb add_compare(CLI::App& app) {
           "of data sets: also a picture of eight pairs, from the steepest to the most grazing, A above B")
       ->type_name("OUT.png");
   a->dataset.attach(*verb);
+  a->dataset.attach_scene(*verb);
   a->report.attach(*verb);
   return {verb, [a] { return compare(*a); }};
 }

@@ -31,20 +31,68 @@ void DatasetInput::attach(CLI::App& verb, bool models) {
   verb.add_option("--threads", threads, "threads (default: all)")->check(CLI::Range(1, 1024))->type_name("N");
 }
 
-Result<DatasetRead> DatasetInput::read(const std::string& path) const {
-  DatasetReadOptions options;
-  if (!crop.empty()) {
-    const auto n = split_numbers(crop, ',');
-    if (!n || n->size() != 4 || (*n)[2] < 1 || (*n)[3] < 1) {
-      return bad_argument(fmt::format("--crop is '{}', expected X,Y,W,H with at least one texel", crop));
-    }
-    options.crop = Rectangle{(*n)[0], (*n)[1], (*n)[2], (*n)[3]};
+void DatasetInput::attach_scene(CLI::App& verb) {
+  verb.add_option("--scene", scene_file,
+                  "only what a scene shows: directions and how often, distances, texels, channels, as "
+                  "spec/scene.md has it")
+      ->type_name("SCENE.json");
+}
+
+Result<std::optional<Scene>> DatasetInput::scene() const {
+  if (scene_file.empty()) return std::optional<Scene>();
+  Result<Scene> scene = read_scene(scene_file);
+  if (!scene) return scene.error();
+  return std::optional<Scene>(*std::move(scene));
+}
+
+Result<std::optional<Rectangle>> DatasetInput::texels(const std::optional<Scene>& scene) const {
+  if (crop.empty()) return scene ? scene->region : std::nullopt;
+  if (scene && scene->region) return bad_argument("--crop is given, and the scene has a region");
+  const auto n = split_numbers(crop, ',');
+  if (!n || n->size() != 4 || (*n)[2] < 1 || (*n)[3] < 1) {
+    return bad_argument(fmt::format("--crop is '{}', expected X,Y,W,H with at least one texel", crop));
   }
+  return std::optional(Rectangle{(*n)[0], (*n)[1], (*n)[2], (*n)[3]});
+}
+
+Result<Domain> DatasetInput::domain(const Scene& scene) const {
+  const auto region = texels(scene);
+  if (!region) return region.error();
+  const Rectangle r = region->value_or(Rectangle{});
+  return scene_domain(scene, r.x, r.y);
+}
+
+Result<DatasetReadOptions> DatasetInput::options(const std::optional<Scene>& scene) const {
+  DatasetReadOptions options;
+  const auto kept = texels(scene);
+  if (!kept) return kept.error();
+  options.crop = *kept;
   options.skip_missing = missing != "error";
   options.scratch_directory = scratch;
-  options.progress = progress_line("reading");
-  Result<DatasetRead> read = read_dataset(path, options);
+  if (!scene) return options;
+  options.channels = scene->channels;
+  options.scale_log2 = scene->scale_log2();
+  options.choose = [&scene](const DatasetInfo& info) { return scene_pairs(*scene, info); };
+  return options;
+}
+
+Result<DatasetRead> DatasetInput::read(const std::string& path) const {
+  const Result<std::optional<Scene>> found = scene();
+  if (!found) return found.error();
+  Result<DatasetReadOptions> wanted = options(*found);
+  if (!wanted) return wanted.error();
+  std::size_t there = 0;
+  if (const ChoosePairs choose = wanted->choose) {
+    wanted->choose = [&there, choose](const DatasetInfo& info) {
+      there = info.pairs.size();
+      return choose(info);
+    };
+  }
+  wanted->progress = progress_line("reading");
+  Result<DatasetRead> read = read_dataset(path, *wanted);
   if (read) {
+    if (read->images_read < there)
+      read->notes.push_back(fmt::format("{} of {} images were read", read->images_read, there));
     for (const std::string& note : read->notes) fmt::print(stderr, "btfc: {}: {}\n", path, note);
   }
   return read;
@@ -65,6 +113,7 @@ Json dataset_json(const DatasetRead& read) {
           {"lights", info.lights.size()},
           {"pairs", info.pairs.size()},
           {"full_product", info.full_product()},
+          {"images_read", read.images_read},
           {"raw_bytes", info.image_samples() * info.pairs.size() * (info.type == SampleType::unorm8 ? 1 : 2)},
           {"scratch_bytes", read.dataset.scratch_bytes()},
           {"notes", read.notes}};

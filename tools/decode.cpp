@@ -17,6 +17,7 @@
 #include "format/options.h"
 #include "tools/command.h"
 #include "tools/dataset_output.h"
+#include "tools/domain_report.h"
 #include "tools/file_source.h"
 #include "tools/texture_dataset.h"
 #include "tools/texture_file.h"
@@ -268,6 +269,17 @@ std::optional<int> write_exchanged(const Arguments& a) {
   return wrote ? kExitOk : stop(wrote.error());
 }
 
+// Says on standard error what of a query lies outside of what a file states that it was made for.
+void note_uncovered(const btfc_texture* texture, const btfc_directions& d) {
+  btfc_domain domain{};
+  btfc_texture_domain(texture, &domain);
+  const std::string outside = uncovered_text(btfc_covers(texture, d.view, d.light, d.footprint));
+  if (domain.stated == 0 || outside.empty()) return;
+  fmt::print(stderr,
+             "btfc: outside of what the file was made for: {}; the nearest covered direction answers\n",
+             outside);
+}
+
 int run(const Arguments& a) {
   const auto stop = [](const Error& e) { return fail("decode", e); };
   if (a.validation && a.device != "vulkan") return stop(bad_argument("--validation is for --device vulkan"));
@@ -292,6 +304,7 @@ int run(const Arguments& a) {
     return stop(parsed.error());
   if (const auto parsed = parse_direction("light", a.light, directions.light); !parsed)
     return stop(parsed.error());
+  note_uncovered(texture->get(), directions);
   if (a.window() && btfc_texture_unbounded(texture->get()) == 0)
     return stop(
         bad_argument(fmt::format("'{}' is not unbounded: --size and --origin do not apply", a.input)));

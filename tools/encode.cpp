@@ -9,6 +9,7 @@
 #include "format/container.h"
 #include "tools/command.h"
 #include "tools/dataset_input.h"
+#include "tools/scene_input.h"
 #include "tools/size_report.h"
 
 namespace btfc {
@@ -64,12 +65,17 @@ Result<FitInput> read_inputs(const Arguments& a) {
   return input;
 }
 
+struct Reading {
+  double seconds = 0;
+  std::size_t images = 0;  // of a data set
+};
+
 // Reads what the model is fitted to, and fits.
-Result<FitResult> fit_inputs(const Arguments& a, const Fitter& fit, const FitSettings& settings,
-                             double& read_seconds) {
+Result<FitResult> fit_inputs(const Arguments& a, const std::optional<Scene>& scene, const Fitter& fit,
+                             const FitSettings& settings, Reading& reading) {
   const auto begin = std::chrono::steady_clock::now();
   const auto read = [&] {
-    read_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    reading.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
   const bool images = fit.input == InputKind::images ||
                       (fit.input == InputKind::either && !(a.inputs.size() == 1 && is_dataset(a.inputs[0])));
@@ -79,16 +85,22 @@ Result<FitResult> fit_inputs(const Arguments& a, const Fitter& fit, const FitSet
       if (file_extension(path).empty() && is_dataset(path))
         return bad_argument(fmt::format("'{}' is a data set, model {} takes images", path, a.model));
     }
-    const Result<FitInput> input = read_inputs(a);
+    Result<FitInput> input = read_inputs(a);
     if (!input) return input.error();
+    for (NamedImage& map : input->maps) {
+      if (!scene) break;
+      Result<Image> part = scene_image(*scene, map.image, map.name);
+      if (!part) return part.error();
+      map.image = *std::move(part);
+    }
     read();
     return fit.fit(*input, settings);
   }
   if (fit.exchange != nullptr && a.inputs.size() == 1 &&
       file_extension(a.inputs[0]) == fit.exchange->extension) {
-    if (a.dataset.given() || !a.maps.empty() || !a.colour_space.empty()) {
+    if (a.dataset.given() || scene || !a.maps.empty() || !a.colour_space.empty()) {
       return bad_argument(
-          fmt::format("a .{} file is taken as it is, without --crop, --missing, --scratch, --map "
+          fmt::format("a .{} file is taken as it is, without --crop, --missing, --scratch, --scene, --map "
                       "and --colour-space",
                       fit.exchange->extension));
     }
@@ -111,6 +123,7 @@ Result<FitResult> fit_inputs(const Arguments& a, const Fitter& fit, const FitSet
       return;
     }
     read();
+    reading.images = set->images_read;
     FitInput input;
     input.dataset = &set->dataset;
     fitted = fit.fit(input, settings);
@@ -141,9 +154,20 @@ int run(Arguments& a) {
     return stop(bad_argument(fmt::format("--missing model: model {} does not reconstruct images", a.model)));
   settings.progress = progress_line("encoding");
   settings.note = note_line();
-  double read_seconds = 0;
-  Result<FitResult> fitted = fit_inputs(a, fit, settings, read_seconds);
+  const Result<std::optional<Scene>> scene = a.dataset.scene();
+  if (!scene) return stop(scene.error());
+  if (*scene) {
+    if (const auto met = apply_target(**scene, *model, fit.options, settings.options); !met)
+      return stop(met.error());
+  }
+  Reading reading;
+  Result<FitResult> fitted = fit_inputs(a, *scene, fit, settings, reading);
   if (!fitted) return stop(fitted.error());
+  if (*scene) {
+    const Result<Domain> domain = a.dataset.domain(**scene);
+    if (!domain) return stop(domain.error());
+    fitted->chunks.push_back({{kDomn, 0}, write_domain(*domain)});
+  }
 
   fitted->meta["btfc:writer"] = "btfc 0.1.0";
   fitted->chunks.push_back({{kMeta, kSafeToCopy}, write_meta(fitted->meta)});
@@ -175,7 +199,8 @@ int run(Arguments& a) {
                {"bits_per_texel", formula},
                {"bits_per_texel_file", on_disk},
                {"seconds", seconds},
-               {"read_seconds", read_seconds}};
+               {"read_seconds", reading.seconds}};
+  if (reading.images > 0) json["images_read"] = reading.images;
   const Json sizes = size_json(check->head, check->layout);
   for (const char* rate : {"bits_per_sample", "ratio_u8", "ratio_u16"}) json[rate] = sizes[rate];
   if (check->head.pairs > 1)
@@ -204,6 +229,7 @@ Verb add_encode(CLI::App& app) {
   add_pack_options(*verb, a->codec, a->level);
   verb->add_option("--seed", a->seed, "seed of random choices (default 1)")->type_name("N");
   a->dataset.attach(*verb, true);
+  a->dataset.attach_scene(*verb);
   verb->add_option("--colour-space", a->colour_space, "what the maps' values are (default: as the files say)")
       ->type_name("ID");
   a->report.attach(*verb);

@@ -1,7 +1,9 @@
 // btfc info, verify and size: what a file holds, whether it keeps the rules, and the formula with no file.
 #include "encoder/output/atomic_file.h"
 #include "format/container.h"
+#include "format/file_domain.h"
 #include "tools/command.h"
+#include "tools/domain_report.h"
 #include "tools/file_source.h"
 #include "tools/size_report.h"
 #include "tools/sweep.h"
@@ -44,6 +46,8 @@ int info(FileArguments& a) {
   if (!opened) return stop(placed(a.input, opened.error()));
   const Result<Meta> meta = read_file_meta(file->source(), opened->directory);
   if (!meta) return stop(placed(a.input, meta.error()));
+  const Result<std::optional<Domain>> domain = read_file_domain(file->source(), *opened);
+  if (!domain) return stop(placed(a.input, domain.error()));
 
   const Directory& d = opened->directory;
   Json json = size_json(opened->head, opened->layout);
@@ -63,6 +67,7 @@ int info(FileArguments& a) {
   json["stored_bytes"] = stored;
   json["bits_per_texel_file"] = 8.0 * static_cast<double>(d.header.file_bytes) /
                                 (static_cast<double>(opened->head.width) * opened->head.height);
+  json["domain"] = domain_json(*domain);
   json["meta"] = Json::object();
   for (const auto& [key, value] : *meta) json["meta"][key] = value;
   json["chunks"] = chunks;

@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "encoder/for_each_index.h"
+#include "encoder/input/read_selection.h"
 #include "tools/command.h"
 
 namespace btfc {
@@ -79,12 +80,19 @@ std::vector<btfc_directions> directions_of(const std::vector<Direction>& list) {
   return out;
 }
 
-// Every pair of `info`; views and lights hold their vectors as `view`.
+// Which texels are decoded, and what is made of them.
+struct Part {
+  std::int32_t x = 0, y = 0;
+  ImageReduction reduction;
+};
+
+// Every pair of `info`, which has the size and the channels that are decoded; views and lights hold their
+// vectors as `view`.
 Result<Dataset> decode_pairs(const Head& head, const btfc_texture* texture, const DatasetInfo& info,
                              const std::vector<btfc_directions>& views,
-                             const std::vector<btfc_directions>& lights,
+                             const std::vector<btfc_directions>& lights, const Part& part,
                              const std::string& scratch_directory) {
-  Result<Dataset> created = Dataset::create(info, scratch_directory);
+  Result<Dataset> created = Dataset::create(reduced_info(info, part.reduction), scratch_directory);
   if (!created) return created.error();
   Dataset& dataset = *created;
 
@@ -100,8 +108,8 @@ Result<Dataset> decode_pairs(const Head& head, const btfc_texture* texture, cons
     for (std::uint32_t m = 0; m < head.maps.size(); ++m) {
       const std::size_t channels = head.maps[m].channels, row = info.width * channels * bytes;
       Bytes raw(row * info.height);
-      const btfc_result result = btfc_decode_rect(texture, scratch, m, &both, 0, 0, info.width, info.height,
-                                                  sample, raw.data(), row, raw.size());
+      const btfc_result result = btfc_decode_rect(texture, scratch, m, &both, part.x, part.y, info.width,
+                                                  info.height, sample, raw.data(), row, raw.size());
       if (result != BTFC_OK) {
         scratches.give(scratch);
         return Error{Status::out_of_memory, btfc_result_name(result), "", 0};
@@ -115,7 +123,7 @@ Result<Dataset> decode_pairs(const Head& head, const btfc_texture* texture, cons
       first += channels;
     }
     scratches.give(scratch);
-    dataset.write_image(p, codes);
+    dataset.write_image(p, reduced_codes(info, std::move(codes), part.reduction));
     return Done{};
   };
   if (const auto done = for_each_index(info.pairs.size(), decode, progress_line("decoding")); !done)
@@ -142,7 +150,7 @@ Result<Dataset> decode_dataset(const std::string& path, const btfc_texture* text
   info.pairs.resize(head->pairs);
   for (std::uint32_t p = 0; p < head->pairs; ++p)
     btfc_texture_pair(texture, p, &info.pairs[p].view, &info.pairs[p].light);
-  return decode_pairs(*head, texture, info, views, lights, scratch_directory);
+  return decode_pairs(*head, texture, info, views, lights, {}, scratch_directory);
 }
 
 namespace {
@@ -171,8 +179,48 @@ Result<Dataset> decode_dataset_like(const std::string& path, const DatasetInfo& 
   info.views = like.views;
   info.lights = like.lights;
   info.pairs = like.pairs;
-  return decode_pairs(*head, texture->get(), info, directions_of(like.views), directions_of(like.lights),
+  return decode_pairs(*head, texture->get(), info, directions_of(like.views), directions_of(like.lights), {},
                       scratch_directory);
+}
+
+Result<Dataset> decode_dataset_part(const std::string& path, const DatasetInfo& like,
+                                    const DatasetReadOptions& asked, const std::string& scratch_directory) {
+  const Result<TexturePtr> texture = load_texture(path);
+  if (!texture) return texture.error();
+  const Result<Head> head = read_file_head(path);
+  if (!head) return head.error();
+  btfc_domain domain{};
+  btfc_texture_domain(texture->get(), &domain);
+  const std::uint32_t x = asked.crop ? asked.crop->x : 0, y = asked.crop ? asked.crop->y : 0;
+  const std::uint64_t scale = std::uint64_t{1} << asked.scale_log2;
+  // In texels of the file.
+  const std::uint64_t left = (x - std::uint64_t{domain.origin_x}) / domain.scale,
+                      top = (y - std::uint64_t{domain.origin_y}) / domain.scale,
+                      width = like.width * scale / domain.scale, height = like.height * scale / domain.scale;
+  const bool on_grid = x >= domain.origin_x && y >= domain.origin_y && scale >= domain.scale &&
+                       (x - domain.origin_x) % domain.scale == 0 && (y - domain.origin_y) % domain.scale == 0;
+  if (!on_grid || (!head->unbounded && (left + width > head->width || top + height > head->height))) {
+    return bad_argument(
+        fmt::format("'{}' has {}x{} texels from ({}, {}) of the original on, each of {} a side, which do not "
+                    "hold the {}x{} from ({}, {}) on of {} a side",
+                    path, head->width, head->height, domain.origin_x, domain.origin_y, domain.scale,
+                    like.width, like.height, x, y, scale));
+  }
+  DatasetInfo info = info_of(*head, fine_type(texture->get()));
+  Part part{static_cast<std::int32_t>(left), static_cast<std::int32_t>(top), {}};
+  for (std::uint64_t s = domain.scale; s < scale; s *= 2) ++part.reduction.scale_log2;
+  if (info.channel_count() != like.channel_count()) {
+    const auto channels = channel_numbers(asked.channels, info.channels);
+    if (!channels) return channels.error();
+    part.reduction.channels = *channels;
+  }
+  info.width = static_cast<std::uint32_t>(width);
+  info.height = static_cast<std::uint32_t>(height);
+  info.views = like.views;
+  info.lights = like.lights;
+  info.pairs = like.pairs;
+  return decode_pairs(*head, texture->get(), info, directions_of(like.views), directions_of(like.lights),
+                      part, scratch_directory);
 }
 
 }  // namespace btfc

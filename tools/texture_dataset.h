@@ -4,6 +4,7 @@
 #include <string>
 
 #include "encoder/dataset/dataset.h"
+#include "encoder/input/dataset_read.h"
 #include "tools/texture_file.h"
 
 namespace btfc {
@@ -20,5 +21,10 @@ Result<Dataset> decode_dataset_finely(const std::string& path, const std::string
 // The same under the directions and pairs of another data set, whatever the file's own are.
 Result<Dataset> decode_dataset_like(const std::string& path, const DatasetInfo& like,
                                     const std::string& scratch_directory);
+
+// The same of the texels and channels that `like` has, which was read with `asked`, whatever part of the
+// original the file itself was made of. Refused: a part that does not hold them, or is coarser.
+Result<Dataset> decode_dataset_part(const std::string& path, const DatasetInfo& like,
+                                    const DatasetReadOptions& asked, const std::string& scratch_directory);
 
 }  // namespace btfc

@@ -17,6 +17,7 @@
 
 #include "encoder/for_each_index.h"
 #include "encoder/input/btf_exr_names.h"
+#include "encoder/input/read_selection.h"
 #include "format/bytes.h"
 #include "format/checked.h"
 #include "format/limits.h"
@@ -477,6 +478,8 @@ Result<DatasetRead> read(const std::string& path, const DatasetReadOptions& opti
   if (!info) return info.error();
   const Result<std::vector<int>> order = read_pairs(*file, parts, *layout, *info);
   if (!order) return order.error();
+  const Result<PairChoice> choice = pairs_to_read(options, *info);
+  if (!choice) return choice.error();
   const CheckedSize bytes = CheckedSize(info->image_samples()) * layout->sample_bytes() * order->size();
   if (bytes.saturated() > (CheckedSize(file->size()) * kMaxRatio).saturated()) {
     return refused(path, fmt::format("{} bytes cannot hold {} images of {}x{} texels", file->size(),
@@ -486,20 +489,23 @@ Result<DatasetRead> read(const std::string& path, const DatasetReadOptions& opti
   if (!crop) return crop.error();
   info->width = crop->width;
   info->height = crop->height;
-  Result<Dataset> dataset = Dataset::create(std::move(*info), options.scratch_directory);
+  info = chosen_info(*info, *choice);
+  const Result<ImageReduction> reduction = reduction_to_read(options, *info, path);
+  if (!reduction) return reduction.error();
+  Result<Dataset> dataset = Dataset::create(reduced_info(*info, *reduction), options.scratch_directory);
   if (!dataset) return dataset.error();
-  const PartReader reader(*file, *layout, dataset->info(), *crop);
+  const PartReader reader(*file, *layout, *info, *crop);
   const Result<Done> done = for_each_index(
-      order->size(),
+      choice->pairs.size(),
       [&](std::size_t i) -> Result<Done> {
-        const Result<std::vector<std::uint16_t>> codes = reader.read((*order)[i]);
+        Result<std::vector<std::uint16_t>> codes = reader.read((*order)[choice->pairs[i]]);
         if (!codes) return codes.error();
-        dataset->write_image(i, *codes);
+        dataset->write_image(i, reduced_codes(*info, *std::move(codes), *reduction));
         return Done{};
       },
       options.progress);
   if (!done) return done.error();
-  return DatasetRead{std::move(*dataset), "btf_exr", {}};
+  return DatasetRead{std::move(*dataset), choice->pairs.size(), "btf_exr", {}};
 }
 
 }  // namespace

@@ -4,8 +4,10 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "encoder/dataset/dataset.h"
+#include "encoder/dataset/pair_choice.h"
 #include "format/result.h"
 
 namespace btfc {
@@ -15,7 +17,10 @@ struct Rectangle {
 };
 
 struct DatasetReadOptions {
-  std::optional<Rectangle> crop;  // texels to keep; nothing else is put on scratch space
+  std::optional<Rectangle> crop;      // texels to keep; nothing else is put on scratch space
+  std::vector<std::string> channels;  // names or numbers to keep, in the set's order; empty: all
+  std::uint32_t scale_log2 = 0;       // squares of 2^scale_log2 texels a side become one (image_reduction.h)
+  ChoosePairs choose;                 // which pairs to keep; none: all
   bool skip_missing = false;  // images that the directions ask for and are not there: left out, or an error
   std::string scratch_directory;                                      // empty: as Scratch::create says
   std::function<void(std::size_t done, std::size_t total)> progress;  // from one thread at a time
@@ -28,6 +33,7 @@ Result<Rectangle> kept_texels(const DatasetReadOptions& options, std::uint32_t w
 // What was read, and what a user should hear of it.
 struct DatasetRead {
   Dataset dataset;
+  std::size_t images_read = 0;     // of them decoded, not more than the pairs wherever images lie apart
   std::string kind;                // name of the format, as in the list of formats
   std::vector<std::string> notes;  // "412 of 6561 images are missing: …"
 };

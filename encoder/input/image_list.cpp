@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "encoder/for_each_index.h"
+#include "encoder/input/read_selection.h"
 #include "encoder/input/wavelengths.h"
 
 namespace btfc {
@@ -57,9 +58,14 @@ void reorder(ImageFile& file, const std::vector<std::uint32_t>& order) {
 Result<Dataset> dataset_of_images(DatasetInfo info, std::span<const std::string> paths,
                                   const DatasetReadOptions& options, const ImageEdit& edit) {
   if (paths.empty()) return bad_data("a data set without images");
-  const Result<ImageFile> first = read_image_file(paths[0], kMaxDatasetChannels);
+  const Result<PairChoice> choice = pairs_to_read(options, info);
+  if (!choice) return choice.error();
+  info = chosen_info(info, *choice);
+  const std::vector<std::size_t>& numbers = choice->pairs;  // of the images to read
+  const std::string& first_path = paths[numbers[0]];
+  const Result<ImageFile> first = read_image_file(first_path, kMaxDatasetChannels);
   if (!first) return first.error();
-  const Result<std::vector<std::uint32_t>> order = spectral_order(*first, paths[0]);
+  const Result<std::vector<std::uint32_t>> order = spectral_order(*first, first_path);
   if (!order) return order.error();
   const auto finished = [&](ImageFile file, std::size_t i) -> Result<ImageFile> {
     if (!order->empty()) reorder(file, *order);
@@ -72,7 +78,7 @@ Result<Dataset> dataset_of_images(DatasetInfo info, std::span<const std::string>
     return file;
   };
 
-  const Result<ImageFile> kept = finished(*first, 0);
+  const Result<ImageFile> kept = finished(*first, numbers[0]);
   if (!kept) return kept.error();
   info.width = kept->image.width;
   info.height = kept->image.height;
@@ -83,20 +89,23 @@ Result<Dataset> dataset_of_images(DatasetInfo info, std::span<const std::string>
       info.channels == std::vector<std::string>{"R", "G", "B"}) {
     info.colour_space = ColourSpace::lin_rec709_scene;
   }
-  Result<Dataset> dataset = Dataset::create(std::move(info), options.scratch_directory);
+  const Result<ImageReduction> reduction = reduction_to_read(options, info, first_path);
+  if (!reduction) return reduction.error();
+  Result<Dataset> dataset = Dataset::create(reduced_info(info, *reduction), options.scratch_directory);
   if (!dataset) return dataset.error();
 
   const Result<Done> done = for_each_index(
-      paths.size(),
-      [&](std::size_t i) -> Result<Done> {
+      numbers.size(),
+      [&](std::size_t number) -> Result<Done> {
+        const std::size_t i = numbers[number];
         Result<ImageFile> image = read_image_file(paths[i], kMaxDatasetChannels);
         if (image && !alike(*image, *first)) {
           image = bad_data(fmt::format("'{}' has {}, and '{}' has {}; expected all images alike", paths[i],
-                                       shape_of(*image), paths[0], shape_of(*first)));
+                                       shape_of(*image), first_path, shape_of(*first)));
         }
         if (image) image = finished(std::move(*image), i);
         if (!image) return image.error();
-        dataset->write_image(i, image->image.codes);
+        dataset->write_image(number, reduced_codes(info, std::move(image->image.codes), *reduction));
         return Done{};
       },
       options.progress);

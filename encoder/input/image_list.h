@@ -17,7 +17,8 @@ using ImageEdit = std::function<Result<Done>(std::size_t number, ImageFile& name
 // and its colour space where info has none: linear Rec. 709 where a float image of R, G, B states nothing, as
 // OpenEXR and Radiance have it. All images must agree in size, channels and type: the first that does not is
 // named. Channels whose names are wavelengths are sorted by them and named by the plain number.
-// paths[i] is the image of info.pairs[i]. Decodes on all threads of the calling oneTBB arena.
+// paths[i] is the image of info.pairs[i]; those of pairs that the options leave out are not opened. Decodes
+// on all threads of the calling oneTBB arena.
 Result<Dataset> dataset_of_images(DatasetInfo info, std::span<const std::string> paths,
                                   const DatasetReadOptions& options, const ImageEdit& edit = {});
 

@@ -238,7 +238,8 @@ Result<DatasetRead> read_lights(const std::string& path, const DatasetReadOption
   }
   Result<Dataset> dataset = dataset_of_images(std::move(info), paths, options, edit);
   if (!dataset) return dataset.error();
-  return DatasetRead{std::move(*dataset), "lights", std::move(notes)};
+  const std::size_t images_read = dataset->info().pairs.size();
+  return DatasetRead{std::move(*dataset), images_read, "lights", std::move(notes)};
 }
 
 }  // namespace btfc

@@ -10,6 +10,7 @@
 #include "encoder/for_each_index.h"
 #include "encoder/image_file.h"
 #include "encoder/input/directory_files.h"
+#include "encoder/input/read_selection.h"
 #include "encoder/input/relight_fit.h"
 #include "encoder/output/atomic_file.h"
 
@@ -112,18 +113,26 @@ Result<DatasetRead> read_relight(const std::string& path, const DatasetReadOptio
   info.views = {Direction{}};
   for (const Vector3& light : fit->lights) info.lights.push_back(direction_from_vector(light));
   make_full_product(info);
-  Result<Dataset> dataset = Dataset::create(std::move(info), options.scratch_directory);
+  const Result<PairChoice> choice = pairs_to_read(options, info);
+  if (!choice) return choice.error();
+  const std::vector<std::size_t>& lights = choice->pairs;  // their numbers: there is one view
+  info = chosen_info(info, *choice);
+  const Result<ImageReduction> reduction = reduction_to_read(options, info, path);
+  if (!reduction) return reduction.error();
+  Result<Dataset> dataset = Dataset::create(reduced_info(info, *reduction), options.scratch_directory);
   if (!dataset) return dataset.error();
   const Result<Done> done = for_each_index(
-      fit->lights.size(),
+      lights.size(),
       [&](std::size_t i) {
-        dataset->write_image(i, relit(*fit, *planes, fit->lights[i]));
+        dataset->write_image(i,
+                             reduced_codes(info, relit(*fit, *planes, fit->lights[lights[i]]), *reduction));
         return Done{};
       },
       options.progress);
   if (!done) return done.error();
   return DatasetRead{
       std::move(*dataset),
+      lights.size(),
       "relight",
       {fmt::format("a fit of {} planes, relit at its {} lights", fit->planes, fit->lights.size())}};
 }

@@ -151,7 +151,8 @@ Result<DatasetRead> read_stack(const std::string& path, const DatasetReadOptions
     notes.push_back(fmt::format("{} pairs of a view and a light have no image, the first: {}",
                                 placement->missing, placement->first_missing));
   }
-  return DatasetRead{std::move(*dataset), "stack", std::move(notes)};
+  const std::size_t images_read = dataset->info().pairs.size();
+  return DatasetRead{std::move(*dataset), images_read, "stack", std::move(notes)};
 }
 
 }  // namespace btfc

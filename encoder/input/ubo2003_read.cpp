@@ -192,7 +192,8 @@ Result<DatasetRead> read_ubo2003(const std::string& path, const DatasetReadOptio
                                               });
   if (!dataset) return dataset.error();
   if (converted.load()) notes.push_back("the images hold CIE XYZ under D65, converted to linear Rec. 709");
-  return DatasetRead{std::move(*dataset), "ubo2003", std::move(notes)};
+  const std::size_t images_read = dataset->info().pairs.size();
+  return DatasetRead{std::move(*dataset), images_read, "ubo2003", std::move(notes)};
 }
 
 }  // namespace btfc

@@ -10,6 +10,7 @@
 #include <new>
 #include <optional>
 
+#include "encoder/input/read_selection.h"
 #include "encoder/input/ubo2014_bdi.h"
 #include "encoder/input/ubo2014_expand.h"
 
@@ -65,7 +66,10 @@ Result<DatasetRead> read(const std::string& path, const DatasetReadOptions& opti
              !gathered) {
     return gathered.error();
   }
-  return DatasetRead{std::move(*dataset), "ubo2014", std::move(header.notes)};
+  // Matrices hold all pairs together: they are multiplied out whole.
+  Result<Dataset> part = reduced_dataset(std::move(*dataset), options, path);
+  if (!part) return part.error();
+  return DatasetRead{std::move(*part), header.pairs(), "ubo2014", std::move(header.notes)};
 }
 
 }  // namespace

@@ -21,11 +21,11 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 struct PairRecord {
+  double weight = 1;
   double squares = 0, peak = 0;  // sum of squared differences, largest one
   double ssim = kNaN, mae_lab = kNaN, flip = kNaN, colours = kNaN;
   double brdf_squares = 0;  // of channels' means, averaged over channels
   std::uint64_t differing = 0;
-  double weight = 1;
 };
 
 std::string shape_of(const DatasetInfo& info) {

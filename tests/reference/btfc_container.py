@@ -4,6 +4,7 @@ A File reads the header and the index, then HEAD and PARM, and is complete when 
 read on request, one chunk at a time, so that memory stays within the limit of one chunk plus the index.
 """
 
+import math
 import struct
 from dataclasses import dataclass
 
@@ -22,6 +23,8 @@ COLOUR_SPACES = ("unknown", "srgb_rec709_scene", "lin_rec709_scene", "lin_ap0_sc
 QUANTITY_COUNT, TRANSFORM_COUNT, ALPHA_COUNT = 5, 3, 3
 NAME_BYTES = frozenset(b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-")
 KEY_BYTES = NAME_BYTES | frozenset(b".:")
+MAX_ENTRIES = 65536  # of a list in DOMN
+ANCILLARY = {b"META": SAFE_TO_COPY, b"DOMN": 0}  # in any model's file, at most once
 
 
 class Refusal(Exception):
@@ -215,6 +218,32 @@ def check_meta(raw):
         previous = key
 
 
+def check_domain(head, raw):
+    """Rules DM1 to DM5."""
+    fields = struct.unpack_from("<4B2f2I2f2I8f", raw) if len(raw) >= 68 else None
+    entries = fields[10:12] if fields else (0, 0)
+    require(fields and max(entries) <= MAX_ENTRIES and len(raw) == 68 + 8 * sum(entries), "DM1",
+            f"DOMN has {len(raw)} bytes and entries {entries}")
+    kinds, scale, reserved = fields[:2], fields[2], fields[3]
+    tolerance, radius, x, y, least, most = fields[4:10]
+    ranges = fields[12:16], fields[16:20]
+    require(max(kinds) <= 3 and scale <= 16 and reserved == 0, "DM2", f"DOMN: kinds {kinds}, scale {scale}")
+    require(3 not in kinds or kinds == (3, 3) and entries[0] == entries[1], "DM2", "DOMN: pairs on one side alone")
+    for kind, count, extent in zip(kinds, entries, ranges):
+        require((kind >= 2) == (count > 0), "DM2", f"DOMN: {count} entries of kind {kind}")
+        require(kind == 1 or all(v == 0 for v in extent), "DM2", f"DOMN: a range of kind {kind}")
+    quarter, whole, largest = (struct.unpack("<f", struct.pack("<f", v))[0]
+                               for v in (math.pi / 2, 2 * math.pi, 3.4028234663852886e38))
+    require(0 <= tolerance <= quarter and 0 <= radius <= quarter, "DM3", "DOMN: tolerance or radius")
+    require(0 <= least <= most <= largest, "DM3", f"DOMN: footprints {least} to {most}")
+    for low, high, begin, width in ranges:
+        require(0 <= low <= high <= quarter and 0 <= begin <= whole and 0 <= width <= whole, "DM3", "DOMN: a range")
+    for X, Y in struct.iter_unpack("<2i", raw[68:]):
+        require(X * X + Y * Y <= 1 << 48, "DM4", f"DOMN: the point ({X}, {Y})")
+    require(x + (head.width << scale) <= 1 << 32 and y + (head.height << scale) <= 1 << 32, "DM5",
+            "DOMN: the texture ends beyond 2^32")
+
+
 class File:
     """An opened file. `models` maps model numbers to classes (see btfc_patch.Model for what one provides)."""
 
@@ -288,7 +317,7 @@ class File:
         if parm:
             require(parm.raw_bytes <= MAX_PARM, "D12", f"PARM has {parm.raw_bytes} bytes")
             self.model = model(self.head, self.raw(parm))
-        known = {b"HEAD", b"PARM", b"META"} | model.TYPES
+        known = {b"HEAD", b"PARM", *ANCILLARY} | model.TYPES
         for e in self.entries:
             require(not e.flags & CRITICAL or e.type in known, "D11", f"unknown critical chunk {e.name()}",
                     "unsupported")
@@ -302,8 +331,8 @@ class File:
             if e.type not in known:
                 continue
             demand = wanted.get(e.key)
-            if e.key == (b"META", 0, 0, 0):
-                demand = Demand(b"META", e.raw_bytes, flags=SAFE_TO_COPY)
+            if e.type in ANCILLARY and e.key == (e.type, 0, 0, 0):
+                demand = Demand(e.type, e.raw_bytes, flags=ANCILLARY[e.type])
             require(demand, "D12", f"{e.name()} does not belong into this file")
             require((demand.flags, demand.raw_bytes) == (e.flags, e.raw_bytes), "D12",
                     f"{e.name()}: flags {e.flags}, {e.raw_bytes} bytes instead of {demand.flags}, {demand.raw_bytes}")
@@ -331,12 +360,17 @@ class File:
         entry = self.described.get((kind, part, level, tile))
         return self.raw(entry) if entry else b""
 
+    def check_domain(self):
+        if (b"DOMN", 0, 0, 0) in self.described:
+            check_domain(self.head, self.chunk(b"DOMN"))
+
     def check_contents(self):
         """What remains after the constructor: C1 to C3 of all other chunks, the model's rules, M1 and P1."""
         for e in self.entries:
             if e.type not in (b"HEAD", b"PARM"):
                 self.raw(e)
         self.model.check_contents(self.chunk)
+        self.check_domain()
         if (b"META", 0, 0, 0) in self.described:
             check_meta(self.chunk(b"META"))
         end = 64 + 48 * len(self.entries)

@@ -45,6 +45,7 @@ def open_item(stream):
     """What a decoder needs: the contents of META, unknown chunks and padding are not looked at."""
     item = open_file(stream)
     item.model.check_contents(item.chunk)
+    item.check_domain()
     item.model.open(item.chunk)
     return item
 

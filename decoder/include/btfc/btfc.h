@@ -193,6 +193,58 @@ BTFC_API btfc_result btfc_texture_light(const btfc_texture* texture, uint32_t li
 BTFC_API btfc_result btfc_texture_pair(const btfc_texture* texture, uint32_t pair, uint32_t* view_ret,
                                        uint32_t* light_ret);
 
+/* ---- domain
+ *
+ * A file may be made for some views, lights and footprints only (chunk DOMN). Outside of them it still
+ * answers: of directions, with the nearest one that its views or lights span, nearest in the projection of
+ * spec/tables.md section 4; of footprints, as for any. btfc_covers says whether an answer is one that the
+ * file was made for.
+ * --------------------------------------------------------------------------------------------------- */
+
+#define BTFC_COVERS_VIEW 1u
+#define BTFC_COVERS_LIGHT 2u
+#define BTFC_COVERS_FOOTPRINT 4u
+#define BTFC_COVERS_ALL 7u
+
+/* Which parts of a query lie inside the domain, as BTFC_COVERS_ flags. Directions are taken as in btfc_query.
+ * A view is covered where it lies within the domain's tolerance of a direction that the file's views span
+ * (the corners of a triangle of measured ones, or the border between two) and within the tolerance of one
+ * that the domain allows; a light likewise. Where the domain lists pairs a light is covered where it and the
+ * view, both together, lie within radius + tolerance of a pair. A footprint is covered within footprint_least
+ * and footprint_most. A file without DOMN allows all that its directions span, with a tolerance of 2 degrees,
+ * and every footprint; textures without directions cover all of them. */
+BTFC_API uint32_t btfc_covers(const btfc_texture* texture, const float view[3], const float light[3],
+                              float footprint);
+
+typedef enum btfc_domain_kind {
+  BTFC_DOMAIN_ALL = 0,   /* what the file's directions span */
+  BTFC_DOMAIN_RANGE = 1, /* elevations and azimuths */
+  BTFC_DOMAIN_LIST = 2,  /* listed directions, btfc_domain_view and btfc_domain_light */
+  BTFC_DOMAIN_PAIRS = 3  /* listed pairs: view i with light i */
+} btfc_domain_kind;
+
+/* Radians. Azimuths from phi_from on, phi_width further; at the normal every azimuth is meant. */
+typedef struct btfc_direction_range {
+  float theta_least, theta_most, phi_from, phi_width;
+} btfc_direction_range;
+
+typedef struct btfc_domain {
+  int stated; /* 0: the file has no DOMN, and the rest is what then holds */
+  btfc_domain_kind views, lights;
+  btfc_direction_range view_range, light_range; /* of kind range, otherwise zeros */
+  uint32_t view_count, light_count;             /* of kinds list and pairs, otherwise 0 */
+  float tolerance;                              /* radians */
+  float radius;                                 /* radians about a listed direction that it stands for */
+  uint32_t origin_x, origin_y;                  /* texel (0, 0) in the original, in texels of the original */
+  uint32_t scale;                        /* so many texels of the original a side are one of the file */
+  float footprint_least, footprint_most; /* texels of the file */
+} btfc_domain;
+
+BTFC_API btfc_result btfc_texture_domain(const btfc_texture* texture, btfc_domain* domain_ret);
+/* Unit vectors of listed directions, index below view_count or light_count. */
+BTFC_API btfc_result btfc_domain_view(const btfc_texture* texture, uint32_t index, float direction[3]);
+BTFC_API btfc_result btfc_domain_light(const btfc_texture* texture, uint32_t index, float direction[3]);
+
 /* NULL where there is not enough memory. One scratch serves one thread and one texture. Unbounded textures
  * keep tiles of 256x256 finished texels in it, up to 224 MiB; without one a call makes its own, and a few
  * queries are answered by sums over impulse responses, exact within the file's error but a thousand times

@@ -47,6 +47,17 @@ class Texture {
     return info;
   }
 
+  // What the file was made for, and BTFC_COVERS_ flags of a query.
+  btfc_domain domain() const {
+    btfc_domain domain{};
+    btfc_texture_domain(get(), &domain);
+    return domain;
+  }
+  std::uint32_t covers(std::span<const float, 3> view, std::span<const float, 3> light,
+                       float footprint = 1) const {
+    return btfc_covers(get(), view.data(), light.data(), footprint);
+  }
+
   // channels(map) floats of one texel; the rest of the four is 0.
   struct Value {
     float channel[4];

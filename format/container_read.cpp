@@ -159,7 +159,7 @@ Result<Bytes> read_described(const ByteSource& source, const Directory& director
 }
 
 bool is_known_type(std::uint32_t type, const ModelFormat& model) {
-  return type == kHead || type == kParm || type == kMeta || model.knows_type(type);
+  return type == kHead || type == kParm || type == kMeta || type == kQual || model.knows_type(type);
 }
 
 std::string key_text(const ChunkKey& k) {
@@ -185,8 +185,10 @@ std::optional<Error> demand_fault(const Directory& directory, const ModelFormat&
     const IndexEntry& e = directory.entries[i];
     if (!is_known_type(e.key.type, model)) continue;
     const std::uint64_t at = kHeaderBytes + kIndexEntryBytes * i;
-    const ChunkKey meta{kMeta, kSafeToCopy};
-    if (e.key.type == kMeta && e.key.flags == meta.flags && e.key.order() == meta.order()) continue;
+    const auto is = [&](const ChunkKey& key) {
+      return e.key.flags == key.flags && e.key.order() == key.order();
+    };
+    if (is({kMeta, kSafeToCopy}) || is({kQual, 0})) continue;
     if (next == expected.size()) return invalid("D12", at, "there is a chunk too many: " + key_text(e.key));
     const ChunkSpec& want = expected[next++];
     if (e.key.order() != want.key.order() || e.key.flags != want.key.flags) {
@@ -325,6 +327,18 @@ Result<Meta> read_file_meta(const ByteSource& source, const Directory& directory
   return read_meta(*raw);
 }
 
+Result<std::optional<QualityCurve>> read_file_quality(const ByteSource& source, const OpenedFile& file) {
+  const IndexEntry* entry = find_entry(file.directory, {kQual, 0});
+  if (entry == nullptr) return std::optional<QualityCurve>();
+  if (entry->raw_bytes > kMostQualityBytes)
+    return invalid("QU1", entry->offset, fmt::format("QUAL is longer than {} bytes", kMostQualityBytes));
+  const Result<Bytes> raw = read_chunk(source, *entry);
+  if (!raw) return raw.error();
+  Result<QualityCurve> curve = read_quality(*raw, file.head.pairs);
+  if (!curve) return curve.error();
+  return std::optional(*std::move(curve));
+}
+
 Result<Done> verify_file(const ByteSource& source, const ReadLimits& limits) {
   const Result<OpenedFile> file = open_file(source, limits);
   if (!file) return file.error();
@@ -333,6 +347,7 @@ Result<Done> verify_file(const ByteSource& source, const ReadLimits& limits) {
   }
   if (const Result<LoadedItem> item = load_item(source, *file); !item) return item.error();
   if (const Result<Meta> meta = read_file_meta(source, file->directory); !meta) return meta.error();
+  if (const auto quality = read_file_quality(source, *file); !quality) return quality.error();
   if (auto fault = padding_fault(source, file->directory)) return *fault;
   // D12 makes this hold; stated again because the promise to users is about these two numbers.
   if (file->layout.formula_bits != 8 * file->directory.header.payload_bytes) {

@@ -21,4 +21,8 @@ Result<Dataset> decode_dataset_finely(const std::string& path, const std::string
 Result<Dataset> decode_dataset_like(const std::string& path, const DatasetInfo& like,
                                     const std::string& scratch_directory);
 
+// The same of a file that is loaded.
+Result<Dataset> decode_dataset_like(const Head& head, const btfc_texture* texture, const DatasetInfo& like,
+                                    const std::string& scratch_directory);
+
 }  // namespace btfc

@@ -22,6 +22,15 @@ ReadLimits limits_of(const btfc_options* options) {
   return limits;
 }
 
+// A caller built against an older header has a shorter one, whose missing fields are 0.
+constexpr std::size_t kFirstSelection = offsetof(btfc_selection, gates);
+
+btfc_selection whole(const btfc_selection* selection) {
+  btfc_selection all{};
+  if (selection != nullptr) std::memcpy(&all, selection, std::min(selection->struct_size, sizeof all));
+  return all;
+}
+
 bool good(const btfc_options* options) {
   return options == nullptr || options->struct_size >= sizeof(btfc_options);
 }
@@ -45,6 +54,11 @@ btfc_result open_reader(std::unique_ptr<btfc_reader> reader, const btfc_options*
   reader->file = *std::move(file);
   *reader_ret = reader.release();
   return BTFC_OK;
+}
+
+btfc_quality_point quality_point_of(const QualityPoint& p) {
+  return {p.knobs.levels, p.knobs.gates, p.knobs.culling, p.psnr_db, p.mae_lab,
+          p.distance,     p.rate,        p.operations,    p.reads};
 }
 
 btfc_sample sample_of(const Map& map) { return static_cast<btfc_sample>(map.type); }
@@ -284,7 +298,54 @@ btfc_result btfc_reader_info(const btfc_reader* reader, btfc_file_info* info_ret
   info_ret->file_bytes = header.file_bytes;
   info_ret->payload_bits = 8 * header.payload_bytes;
   info_ret->memory_bits = reader->file.layout.memory_bits;
+  info_ret->levels = level_count(reader->file.layout);
+  const DecoderModel& model = decoder_model(head.model);
+  if (model.most_gates != nullptr) info_ret->gates = model.most_gates(head, reader->file.parm);
+  info_ret->culls = model.culls ? 1 : 0;
   return BTFC_OK;
+}
+
+btfc_result btfc_reader_quality(btfc_reader* reader, btfc_quality_info* info_ret, btfc_quality_point* points,
+                                size_t point_count, btfc_error* error) {
+  if (reader == nullptr || info_ret == nullptr) return bad(error, "reader or info_ret is NULL");
+  *info_ret = {};
+  if (points == nullptr && point_count != 0) return bad(error, "points is NULL");
+  return guarded(error, [&] {
+    const Result<std::optional<QualityCurve>> curve = read_file_quality(reader->bytes, reader->file);
+    if (!curve) return report(curve.error(), error);
+    if (!*curve) return BTFC_OK;
+    const QualityCurve& c = **curve;
+    *info_ret = {c.measures, c.pairs, static_cast<std::uint32_t>(c.points.size())};
+    for (std::size_t i = 0; i < std::min(point_count, c.points.size()); ++i)
+      points[i] = quality_point_of(c.points[i]);
+    return BTFC_OK;
+  });
+}
+
+btfc_result btfc_choose(btfc_reader* reader, const btfc_wanted* wanted, btfc_selection* selection,
+                        btfc_quality_point* point_ret, btfc_error* error) {
+  if (reader == nullptr || wanted == nullptr || selection == nullptr)
+    return bad(error, "reader, wanted or selection is NULL");
+  if (wanted->struct_size < sizeof(btfc_wanted))
+    return bad(error, "wanted->struct_size is smaller than btfc_wanted");
+  if (selection->struct_size < sizeof(btfc_selection))
+    return bad(error, "selection->struct_size is smaller than btfc_selection");
+  return guarded(error, [&] {
+    const Result<std::optional<QualityCurve>> curve = read_file_quality(reader->bytes, reader->file);
+    if (!curve) return report(curve.error(), error);
+    if (!*curve) return report(bad_argument("the file has no measured curve: no QUAL chunk"), error);
+    Wanted w;
+    if (wanted->psnr_db > 0) w.psnr_db = wanted->psnr_db;
+    if (wanted->distance > 0) w.distance = wanted->distance;
+    if (wanted->operations > 0) w.operations = wanted->operations;
+    const Result<QualityPoint> point = choose_point(**curve, w);
+    if (!point) return report(point.error(), error);
+    selection->levels = point->knobs.levels;
+    selection->gates = point->knobs.gates;
+    selection->culling = point->knobs.culling;
+    if (point_ret != nullptr) *point_ret = quality_point_of(*point);
+    return BTFC_OK;
+  });
 }
 
 btfc_result btfc_reader_chunk_info(const btfc_reader* reader, uint32_t index, btfc_chunk_info* info_ret) {
@@ -334,22 +395,26 @@ btfc_result btfc_texture_load(btfc_reader* reader, const btfc_selection* selecti
   if (texture_ret == nullptr) return bad(error, "texture_ret is NULL");
   *texture_ret = nullptr;
   if (reader == nullptr) return bad(error, "reader is NULL");
-  if (selection != nullptr && selection->struct_size < sizeof(btfc_selection))
-    return bad(error, "selection->struct_size is smaller than btfc_selection");
+  if (selection != nullptr && selection->struct_size < kFirstSelection)
+    return bad(error, "selection->struct_size is smaller than the first btfc_selection");
+  const btfc_selection what = whole(selection);
   // The format numbers levels from 0.
-  const std::uint32_t levels =
-      selection == nullptr || selection->levels == 0 ? kAllLevels : selection->levels - 1;
+  const std::uint32_t levels = what.levels == 0 ? kAllLevels : what.levels - 1;
   return guarded(error, [&] {
     Result<LoadedItem> item = load_item(reader->bytes, reader->file, levels);
     if (!item) return report(item.error(), error);
     const Result<std::optional<Domain>> domain = read_file_domain(reader->bytes, reader->file);
     if (!domain) return report(domain.error(), error);
-    const bool selects = selection != nullptr && (selection->period != 0 || selection->relief != 0);
+    const bool selects = what.period != 0 || what.relief != 0 || what.gates != 0 || what.culling != 0;
     const DecoderModel& model = decoder_model(item->head.model);
-    if (selects && model.select == nullptr)
-      return report(bad_argument("the texture is not unbounded: it has no period and no relief"), error);
+    if (selects && model.select == nullptr) {
+      const bool knobs = what.gates != 0 || what.culling != 0;
+      return report(bad_argument(knobs ? "the model has no gates and culls nothing"
+                                       : "the texture is not unbounded: it has no period and no relief"),
+                    error);
+    }
     if (selects) {
-      if (const auto ok = model.select(*item, selection->period, selection->relief); !ok)
+      if (const auto ok = model.select(*item, {what.period, what.relief, what.gates, what.culling}); !ok)
         return report(ok.error(), error);
     }
     auto texture = std::make_unique<btfc_texture>();

@@ -315,7 +315,10 @@ void field_decode_cached(const LoadedItem& item, std::uint32_t map, const BtfcQu
   }
 }
 
-Result<Done> field_select(LoadedItem& item, std::uint32_t period, std::uint32_t options) {
+Result<Done> field_select(LoadedItem& item, const Selection& selection) {
+  if (selection.gates != 0 || selection.culling != 0)
+    return bad_argument("the model has no gates and culls nothing");
+  const std::uint32_t period = selection.period, options = selection.relief;
   auto p = params_of<FieldParams>(item, 0);
   std::uint64_t unit = std::uint64_t{1} << (p.levels - 1);
   if (static_cast<FieldKind>(p.kind) == FieldKind::gmrf) unit = item.words[0][p.level_word];

@@ -14,6 +14,6 @@ void field_eval_queries(const LoadedItem& item, std::uint32_t map, std::span<con
                         void* cache, float* out);
 void field_decode_cached(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query,
                          std::uint32_t width, std::uint32_t height, void* cache, float* out);
-Result<Done> field_select(LoadedItem& item, std::uint32_t period, std::uint32_t options);
+Result<Done> field_select(LoadedItem& item, const Selection& selection);
 
 }  // namespace btfc

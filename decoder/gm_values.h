@@ -5,14 +5,21 @@
 #include <span>
 #include <vector>
 
+#include "decoder/model_table.h"
 #include "format/loaded_item.h"
 #include "shaders/btfc_query.h"
 
 namespace btfc {
 
 // Components that weigh less together are left out, so that a value is off by at most this times the range of
-// the mixture's outputs.
+// the mixture's outputs; unless the item says otherwise.
 inline constexpr float kGmError = 1e-5f;
+
+inline constexpr float kGmMostCulling = 0.1f;
+
+// Fewer gates than the file has, and another kGmError.
+Result<Done> gm_select(LoadedItem& item, const Selection& selection);
+std::uint32_t gm_most_gates(const Head& head, ByteView parm);
 
 // See DecoderModel.
 std::vector<float> gm_begin_values(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query);

@@ -65,6 +65,18 @@ void decode_by_rows(const LoadedItem& item, std::uint32_t map, const std::vector
   }
 }
 
+// Gates and culling are chosen at loading.
+constexpr DecoderModel gm_row() {
+  DecoderModel row{ModelId::gm, eval_cpu<GmParams, gm_eval>, false};
+  row.begin_values = gm_begin_values;
+  row.decode_values = gm_decode_values;
+  row.eval_queries = gm_eval_queries;
+  row.select = gm_select;
+  row.most_gates = gm_most_gates;
+  row.culls = true;
+  return row;
+}
+
 // The random fields: tiles in a cache.
 constexpr DecoderModel field_row(ModelId id) {
   DecoderModel row{id, eval_cpu<FieldParams, field_eval>, false};
@@ -80,8 +92,7 @@ constexpr DecoderModel field_row(ModelId id) {
 const DecoderModel kDecoders[] = {
     {ModelId::patch, eval_cpu<PatchParams, patch_eval>, true, patch_make_tables, patch_decode_rows,
      patch_decode_texels},
-    {ModelId::gm, eval_cpu<GmParams, gm_eval>, false, nullptr, nullptr, nullptr, gm_begin_values,
-     gm_decode_values, gm_eval_queries},
+    gm_row(),
     field_row(ModelId::car),
     {ModelId::ptm, eval_cpu<PtmParams, ptm_eval>, false, nullptr, nullptr, nullptr,
      begin_state<PtmParams, PtmState, ptm_begin>,

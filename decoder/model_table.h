@@ -35,6 +35,13 @@ struct GpuPrepare {
   std::vector<GpuPass> passes;
 };
 
+// What is selected of a freshly loaded item, beside its levels. 0: nothing.
+struct Selection {
+  std::uint32_t period = 0, relief = 0;  // of unbounded textures
+  std::uint32_t gates = 0;               // of gm
+  float culling = 0;
+};
+
 struct DecoderModel {
   ModelId id;
   // The reference: the shared header of shaders/models/, compiled here. Any query, any thread.
@@ -74,8 +81,12 @@ struct DecoderModel {
   std::shared_ptr<void> (*make_cache)(const LoadedItem& item) = nullptr;
   void (*decode_cached)(const LoadedItem& item, std::uint32_t map, const BtfcQuery& query,
                         std::uint32_t width, std::uint32_t height, void* cache, float* out) = nullptr;
-  // A period in texels (0: none) and options of the relief, for a freshly loaded item.
-  Result<Done> (*select)(LoadedItem& item, std::uint32_t period, std::uint32_t options) = nullptr;
+  // Puts a selection, of which not all is 0, into a freshly loaded item; refuses what the item has not. Null:
+  // the model has nothing to select but levels.
+  Result<Done> (*select)(LoadedItem& item, const Selection& selection) = nullptr;
+  // The most that Selection::gates may be, and whether the model knows Selection::culling.
+  std::uint32_t (*most_gates)(const Head& head, ByteView parm) = nullptr;
+  bool culls = false;
   // How a GPU prepares a window, or with a period the whole of it.
   Result<GpuPrepare> (*prepare)(const LoadedItem& item, const GpuWindow& window) = nullptr;
   // So many words of the params are the same whatever the window.

@@ -19,17 +19,98 @@ namespace {
 
 const FileExchange kPtmFiles = {"ptm", ptm_import, ptm_export};
 
+// The random fields. An image has one subspace, whatever the clusters.
+constexpr const char* kFieldLadder[] = {
+    "", "--clusters 4", "--clusters 16", "--order 24", "--levels 6", "--knots 0", "--clusters 32", "--precision f32",
+};
+template <ModelId id>
+Fitter field_row() {
+  Fitter row{.id = id,
+             .input = InputKind::either,
+             .options = kFieldFitOptions,
+             .fit = field_fit<id>,
+             .reconstructs = true};
+  row.keeps_texels = false;
+  row.ladder = kFieldLadder;
+  return row;
+}
+
+// The ladders. Of pca, pcarf and lpca a fit of rank k shows every rank below it.
+constexpr const char* kPatchLadder[] = {
+    "--sample auto --sample-size 128x128 --wb 48",
+    "--sample auto --sample-size 64x64 --wb 24",
+    "--sample auto --sample-size 256x256 --wb 64",
+    "--sample auto --sample-size 128x128 --wb 48 --blend liang",
+    "--sample auto --sample-size 128x128 --wb 32",
+    "--sample auto --sample-size 128x128 --wb 64",
+    "--sample auto --sample-size 128x128 --wb 48 --pack rgba8",
+};
+constexpr const char* kGmLadder[] = {
+    "--components 256 --iterations 3000",
+    "--components 1024 --iterations 2000",
+    "--components 64 --iterations 3000 --mean-rank 2",
+    "--components 512 --iterations 2000 --gates 8",
+    "--components 256 --iterations 3000 --precision f16",
+    "--components 2400 --iterations 1200",
+};
+constexpr const char* kPtmLadder[] = {"--precision u8", "--precision f16", "--precision f32"};
+constexpr const char* kPlmLadder[] = {"--precision u8", "--precision u8 --clusters 64",
+                                      "--precision u8 --clusters 256", "--precision u8 --clusters 16",
+                                      "--precision f16"};
+constexpr const char* kPcarfLadder[] = {"--precision u8 --rank 12", "--precision f16 --rank 12"};
+constexpr const char* kPcaLadder[] = {"--precision u8 --rank 40", "--precision f16 --rank 40"};
+constexpr const char* kLpcaLadder[] = {
+    "--precision u8 --clusters 8 --rank 16", "--precision u8 --clusters 1 --rank 40",
+    "--precision u8 --clusters 2 --rank 32", "--precision u8 --clusters 32 --rank 12",
+    "--precision u8 --clusters 4 --rank 24", "--precision f16 --clusters 8 --rank 16",
+};
+
 const Fitter kFitters[] = {
-    {ModelId::patch, InputKind::images, kPatchFitOptions, patch_fit, patch_file_joins},
-    {ModelId::gm, InputKind::dataset, kGmFitOptions, gm_fit, nullptr},
-    {ModelId::car, InputKind::either, kFieldFitOptions, field_fit<ModelId::car>, nullptr, nullptr, true},
-    {ModelId::ptm, InputKind::dataset, kPtmFitOptions, ptm_fit, nullptr, &kPtmFiles},
-    {ModelId::plm, InputKind::dataset, kPlmFitOptions, plm_fit, nullptr},
-    {ModelId::pcarf, InputKind::dataset, kPcarfFitOptions, pcarf_fit, nullptr},
-    {ModelId::pca, InputKind::dataset, kPcaFitOptions, pca_fit, nullptr},
-    {ModelId::lpca, InputKind::dataset, kLpcaFitOptions, lpca_fit, nullptr},
-    {ModelId::gmrf, InputKind::either, kFieldFitOptions, field_fit<ModelId::gmrf>, nullptr, nullptr, true},
-    {ModelId::car3d, InputKind::either, kFieldFitOptions, field_fit<ModelId::car3d>, nullptr, nullptr, true},
+    {.id = ModelId::patch,
+     .input = InputKind::images,
+     .options = kPatchFitOptions,
+     .fit = patch_fit,
+     .joins = patch_file_joins,
+     .keeps_texels = false,
+     .ladder = kPatchLadder},
+    {.id = ModelId::gm,
+     .input = InputKind::dataset,
+     .options = kGmFitOptions,
+     .fit = gm_fit,
+     .ladder = kGmLadder,
+     .dial = "components"},
+    field_row<ModelId::car>(),
+    {.id = ModelId::ptm,
+     .input = InputKind::dataset,
+     .options = kPtmFitOptions,
+     .fit = ptm_fit,
+     .exchange = &kPtmFiles,
+     .ladder = kPtmLadder},
+    {.id = ModelId::plm,
+     .input = InputKind::dataset,
+     .options = kPlmFitOptions,
+     .fit = plm_fit,
+     .ladder = kPlmLadder},
+    {.id = ModelId::pcarf,
+     .input = InputKind::dataset,
+     .options = kPcarfFitOptions,
+     .fit = pcarf_fit,
+     .ladder = kPcarfLadder,
+     .dial = "rank"},
+    {.id = ModelId::pca,
+     .input = InputKind::dataset,
+     .options = kPcaFitOptions,
+     .fit = pca_fit,
+     .ladder = kPcaLadder,
+     .dial = "rank"},
+    {.id = ModelId::lpca,
+     .input = InputKind::dataset,
+     .options = kLpcaFitOptions,
+     .fit = lpca_fit,
+     .ladder = kLpcaLadder,
+     .dial = "rank"},
+    field_row<ModelId::gmrf>(),
+    field_row<ModelId::car3d>(),
 };
 static_assert(std::size(kFitters) == kModelCount);
 

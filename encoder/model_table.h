@@ -62,6 +62,8 @@ struct FileExchange {
   Result<Bytes> (*write)(const Head&, ByteView parm, const ChunkReader&);
 };
 
+inline constexpr const char* kDefaultsAlone[] = {""};
+
 struct Fitter {
   ModelId id;
   InputKind input;
@@ -69,9 +71,18 @@ struct Fitter {
   // Deterministic: the same input, options and seed give the same chunks on any number of threads.
   Result<FitResult> (*fit)(const FitInput&, const FitSettings&);
   // Optional: where the pieces join that a file's texture is made of. Null: the model has no pieces.
-  Result<JoinMask> (*joins)(const LoadedItem& item, ByteView parm);
+  Result<JoinMask> (*joins)(const LoadedItem& item, ByteView parm) = nullptr;
   const FileExchange* exchange = nullptr;  // optional
   bool reconstructs = false;               // knows FitSettings::reconstruct_missing
+  // Whether a decoded texel stands for the original's at its place: then errors texel by texel say something.
+  bool keeps_texels = true;
+  // Settings worth trying against each other, as they are given to `btfc encode`, the most telling first:
+  // what `btfc tradeoff` and --model auto fit. What a decoder can choose itself (levels, gates) needs no line
+  // of its own: one fit shows all of it. Default: the model's own defaults alone.
+  std::span<const char* const> ladder = kDefaultsAlone;
+  // The option, a whole number in all lines of the ladder, by which size and quality go on between them and
+  // beyond. Default: none.
+  const char* dial = nullptr;
 };
 
 const Fitter& fitter(ModelId id);

@@ -10,6 +10,7 @@
 #include "format/limits.h"
 #include "format/meta.h"
 #include "format/model_table.h"
+#include "format/quality_curve.h"
 #include "format/result.h"
 #include "format/source.h"
 
@@ -70,6 +71,9 @@ Result<LoadedItem> load_item(const ByteSource& source, const OpenedFile& file,
 
 // META's entries; empty where there is none.
 Result<Meta> read_file_meta(const ByteSource& source, const Directory& directory);
+
+// QUAL's curve, where the file has one.
+Result<std::optional<QualityCurve>> read_file_quality(const ByteSource& source, const OpenedFile& file);
 
 // Every numbered rule of the spec, and formula == payload.
 Result<Done> verify_file(const ByteSource& source, const ReadLimits& limits = {});

@@ -160,7 +160,7 @@ Result<Bytes> read_described(const ByteSource& source, const Directory& director
 }
 
 // Chunks that every model's file may have, once each, and that no decoder needs.
-constexpr ChunkKey kAncillary[] = {{kMeta, kSafeToCopy}, {kDomn, 0}};
+constexpr ChunkKey kAncillary[] = {{kMeta, kSafeToCopy}, {kDomn, 0}, {kQual, 0}};
 
 bool is_ancillary(const ChunkKey& key) {
   return std::any_of(std::begin(kAncillary), std::end(kAncillary), [&](const ChunkKey& known) {
@@ -355,6 +355,18 @@ Result<Meta> read_file_meta(const ByteSource& source, const Directory& directory
   return read_meta(*raw);
 }
 
+Result<std::optional<QualityCurve>> read_file_quality(const ByteSource& source, const OpenedFile& file) {
+  const IndexEntry* entry = find_entry(file.directory, {kQual, 0});
+  if (entry == nullptr) return std::optional<QualityCurve>();
+  if (entry->raw_bytes > kMostQualityBytes)
+    return invalid("QU1", entry->offset, fmt::format("QUAL is longer than {} bytes", kMostQualityBytes));
+  const Result<Bytes> raw = read_chunk(source, *entry);
+  if (!raw) return raw.error();
+  Result<QualityCurve> curve = read_quality(*raw, file.head.pairs);
+  if (!curve) return curve.error();
+  return std::optional(*std::move(curve));
+}
+
 Result<Done> verify_file(const ByteSource& source, const ReadLimits& limits) {
   const Result<OpenedFile> file = open_file(source, limits);
   if (!file) return file.error();
@@ -364,6 +376,7 @@ Result<Done> verify_file(const ByteSource& source, const ReadLimits& limits) {
   if (const Result<LoadedItem> item = load_item(source, *file); !item) return item.error();
   if (const auto domain = read_file_domain(source, *file); !domain) return domain.error();
   if (const Result<Meta> meta = read_file_meta(source, file->directory); !meta) return meta.error();
+  if (const auto quality = read_file_quality(source, *file); !quality) return quality.error();
   if (auto fault = padding_fault(source, file->directory)) return *fault;
   // D12 makes this hold; stated again because the promise to users is about these two numbers.
   if (file->layout.formula_bits != 8 * file->directory.header.payload_bytes) {

@@ -22,13 +22,15 @@ struct Plane {
   std::uint32_t first_word = 0;
 };
 
-// Immutable once loaded; readable from many threads.
+// Immutable once loaded; readable from many threads. What was selected at loading lies in the parameters;
+// `culling`, which shaders do not know, is the share of the weights that gm's fast paths may leave out.
 struct LoadedItem {
   Head head;
   std::array<std::vector<std::uint32_t>, kWordSlots> words;
   std::vector<std::vector<std::uint32_t>> map_params;  // one params struct a map, as 32-bit words
   std::vector<Plane> planes;
   Directions directions;  // empty lists where the model has no directions
+  float culling = 0;      // 0: the decoder's own
 };
 
 }  // namespace btfc

@@ -9,6 +9,7 @@
 
 #include "format/chunk.h"
 #include "format/head.h"
+#include "format/knobs.h"
 #include "format/loaded_item.h"
 #include "format/options.h"
 #include "format/result.h"
@@ -69,11 +70,21 @@ struct ModelFormat {
   // Payload -> words and planes; checks the model's rules about contents. Chunks of a higher level than
   // `levels` are not read, and the item answers without them; models without levels ignore it.
   Result<LoadedItem> (*load)(const Head&, ByteView parm, const ChunkReader&, std::uint32_t levels);
+  // Optional: PARM of a file that held no more than a decoder uses with these knobs, for its cost. Null: the
+  // knobs that the model has do not change what a texel costs.
+  Result<Bytes> (*reduced)(const Head&, ByteView parm, const Knobs&) = nullptr;
 
   bool knows_type(std::uint32_t type) const {
     return std::find(chunk_types.begin(), chunk_types.end(), type) != chunk_types.end();
   }
 };
+
+// How many levels a file has: 1 of models without.
+std::uint32_t level_count(const Layout& layout);
+// Bytes of payload that a decoder reads of so many levels; 0: of all.
+std::uint64_t payload_bytes(const Layout& layout, std::uint32_t levels = 0);
+// What a texel costs with these knobs; none of models that do not say.
+Result<std::optional<TexelCost>> texel_cost(const Head& head, ByteView parm, const Knobs& knobs);
 
 // All levels, for ModelFormat::load.
 inline constexpr std::uint32_t kAllLevels = UINT32_MAX;

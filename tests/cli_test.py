@@ -118,7 +118,7 @@ class CommandTest(unittest.TestCase):
 class ExitCodeTest(CommandTest):
     def test_help(self):
         text = self.ok("help")
-        for verb in ("encode", "decode", "info", "verify", "size", "compare", "synth", "bench", "copy", "models"):
+        for verb in ("encode", "decode", "info", "verify", "size", "compare", "synth", "bench", "copy", "tradeoff", "models"):
             self.assertIn(verb, text)
             self.assertIn("--help", self.ok("help", verb))
             self.assertIn("--help", self.ok(verb, "--help"))
@@ -1160,6 +1160,78 @@ class SceneTest(CommandTest):
                              ("no light", {"lights": [{"direction": [0, 0, -1]}]})):
             self.fails(INVALID, "scene", "from-camera", self.scene("cameras.json", **{**good, **change}), "-o",
                        self.path("x.json"), says=says)
+
+
+class TradeoffTest(CommandTest):
+    """Settings against each other, curves in files, and what chooses by them; of a small BTF."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.set = str(cls.folder / "set.exr")
+        done = run("synth", "btf:knit", "--size", "12x12", "-o", cls.set)
+        assert done.returncode == 0, done.stderr
+
+    def test_tradeoff(self):
+        page, kept = Path(self.path("page.html")), Path(self.path("kept"))
+        told = self.json("tradeoff", self.set, "--models", "pca,ptm", "--device", "cpu", "-o", page, "--keep", kept, "--json")
+        points = told["points"]
+        self.assertEqual({p["model"] for p in points}, {"pca", "ptm"})
+        self.assertEqual((told["pairs"], told["left_out"]), (6561, []))
+        for p in points:
+            self.assertEqual(p["judged_by"], "psnr_db")
+            self.assertTrue(p["psnr_db"] > 10 and p["payload_bytes"] <= p["file_bytes"] + 65536 and p["cost"]["reads"] > 0)
+        pca = [p for p in points if p["options"] == "--precision u8 --rank 40"]
+        self.assertGreater(len(pca), 5)
+        self.assertEqual(len({p["file"] for p in pca}), 1)  # one fit shows all of them
+        front = [points[i] for i in told["pareto"]["size"]]
+        for a, b in zip(front, front[1:]):
+            self.assertTrue(a["payload_bytes"] < b["payload_bytes"] and a["psnr_db"] < b["psnr_db"])
+        for w in told["winners"]["bytes"]:
+            under = [p["psnr_db"] for p in points if p["payload_bytes"] <= w["bytes"]]
+            self.assertEqual(w["texels"] is None, not under)
+            if under:
+                self.assertEqual(points[w["texels"]]["psnr_db"], max(under))
+        text = page.read_text()
+        self.assertNotRegex(text, r"""(src|href)=["'](?!data:|#)|@import|url\(""")
+        self.assertGreater(text.count("data:image/png;base64,"), 2)
+        self.assertTrue(told["kept"])
+        for path in told["kept"]:
+            self.ok("verify", path)
+            self.assertGreater(len(self.json("info", path, "--json")["quality"]["points"]), 1)
+        self.fails(USAGE, "tradeoff", self.set, "--models", "patch", says="images")
+        self.fails(USAGE, "tradeoff", self.image, "--models", "pca", says="data sets")
+        self.fails(USAGE, "tradeoff", self.image, "--models", "velvet", says="velvet")
+
+    def test_measured_curve(self):
+        file, copy, out = self.path("pca.btfc"), self.path("copy.btfc"), self.path("out.png")
+        made = self.json("encode", self.set, "-o", file, "--model", "pca", "--rank", "6", "--measure", "--json")
+        points = made["quality"]["points"]
+        self.assertEqual(self.json("info", file, "--json")["quality"]["points"], points)
+        self.ok("copy", file, "-o", copy, "--codec", "raw")
+        self.assertEqual(self.json("info", copy, "--json")["quality"]["points"], points)
+        three = next(p for p in points if p["levels"] == 3)
+        wanted = run("decode", file, "-o", out, "--psnr", three["psnr_db"] - 0.01)
+        self.assertEqual(wanted.returncode, 0, wanted.stderr)
+        chosen = Path(out).read_bytes()
+        self.ok("decode", file, "-o", out, "--levels", "2")
+        self.assertEqual(Path(out).read_bytes(), chosen)
+        self.ok("decode", file, "-o", out, "--decode-cost", three["operations"])
+        self.assertEqual(Path(out).read_bytes(), chosen)
+        self.fails(USAGE, "decode", file, "-o", out, "--psnr", "150", says="best")
+        self.fails(USAGE, "decode", file, "-o", out, "--decode-cost", "1", says="nearest")
+        self.fails(USAGE, "decode", file, "-o", out, "--psnr", "20", "--levels", "1", says="--levels")
+        self.fails(USAGE, "decode", file, "-o", out, "--gates", "2", says="gates")
+        self.fails(USAGE, "decode", self.file, "-o", out, "--decode-cost", "500", says="no measured curve")
+
+    def test_automatic_refusals(self):
+        out = self.path("out.btfc")
+        auto = ["encode", self.set, "-o", out, "--model", "auto"]
+        self.fails(USAGE, *auto, says="--psnr")
+        self.fails(USAGE, *auto, "--psnr", "30", "--bytes", "9", says="one of")
+        self.fails(USAGE, *auto, "--psnr", "30", "--rank", "9", says="--rank")
+        self.fails(USAGE, "encode", self.image, "-o", out, "--model", "auto", "--psnr", "30", says="texels in place")
+        self.assertFalse(Path(out).exists())
 
 
 class RenderTest(CommandTest):

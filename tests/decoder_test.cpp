@@ -191,7 +191,9 @@ TEST_P(EveryModel, RandomRectanglesOfThePlane) {
     // A multiple of everything that a period has to be a multiple of in these vectors.
     const std::uint32_t period = std::lcm(64u, std::lcm(head.width, head.height));
     for (const std::uint32_t wanted : {0u, period}) {
-      const btfc_selection selection{sizeof(btfc_selection), 0, wanted, 0};
+      btfc_selection selection{};
+      selection.struct_size = sizeof selection;
+      selection.period = wanted;
       btfc_texture* texture = nullptr;
       ASSERT_EQ(btfc_texture_load(reader, &selection, &texture, nullptr), BTFC_OK) << path;
       const TexturePtr t(texture);

@@ -22,6 +22,19 @@ Bytes sound_file(OptionValues options = {{"wb", "8"}, {"we", "3"}, {"k", "3"}},
   return pack(result);
 }
 
+// The same with a curve of two points.
+Bytes measured_file() {
+  FitResult result =
+      fit("patch", noise(12, 10, 3, SampleType::unorm8), {{"wb", "8"}, {"we", "3"}, {"k", "3"}});
+  QualityCurve curve;
+  curve.measures = kQualityDistance | kQualityRate;
+  curve.points.resize(2);
+  curve.points[0].distance = 0.5f;
+  curve.points[1].knobs.levels = 1;
+  result.chunks.push_back({{kQual, 0}, write_quality(curve)});
+  return pack(result);
+}
+
 std::size_t find(const Parts& parts, const char* type) {
   for (std::size_t i = 0; i < parts.entries.size(); ++i) {
     if (type_name(parts.entries[i].key.type) == type) return i;
@@ -334,6 +347,48 @@ std::vector<Case> cases() {
       {"META repeated", "M1", [] { return with_byte("META", 0, 'b'); }},
       {"META control character", "M1", [] { return with_byte("META", 2, 9); }},
       {"META no UTF-8", "M1", [] { return with_byte("META", 2, 0xff); }},
+      {"QUAL cut short", "QU1",
+       [] {
+         return with_chunk(
+             "QUAL", [](Bytes& raw) { raw.resize(raw.size() - 40 + 4); }, measured_file());
+       }},
+      {"QUAL without points", "QU1",
+       [] {
+         return with_chunk(
+             "QUAL",
+             [](Bytes& raw) {
+               raw.resize(16);
+               store_u32(&raw[0], 0);
+             },
+             measured_file());
+       }},
+      {"QUAL with a point too many", "QU1", [] { return with_field("QUAL", 0, 3, measured_file()); }},
+      {"QUAL measures", "QU1", [] { return with_field("QUAL", 4, 32 + 12, measured_file()); }},
+      {"QUAL more pairs than the file", "QU1", [] { return with_field("QUAL", 8, 2, measured_file()); }},
+      {"QUAL reserved", "QU1", [] { return with_field("QUAL", 12, 1, measured_file()); }},
+      {"QUAL levels", "QU2", [] { return with_field("QUAL", 16, 257, measured_file()); }},
+      {"QUAL gates", "QU2", [] { return with_field("QUAL", 20, 33, measured_file()); }},
+      {"QUAL culling", "QU2", [] { return with_field("QUAL", 24, 0x40000000, measured_file()); }},
+      {"QUAL PSNR", "QU2",
+       [] {
+         return with_chunk(
+             "QUAL",
+             [](Bytes& raw) {
+               store_u32(&raw[4], 13);
+               store_u32(&raw[28], 0x43490000);  // 201
+             },
+             measured_file());
+       }},
+      {"QUAL measure that it has not", "QU2",
+       [] { return with_field("QUAL", 32, 0x3f800000, measured_file()); }},
+      {"QUAL NaN", "QU2", [] { return with_field("QUAL", 36, 0x7fc00000, measured_file()); }},
+      {"QUAL point reserved", "QU2", [] { return with_field("QUAL", 52, 1, measured_file()); }},
+      {"QUAL equal knobs", "QU2", [] { return with_field("QUAL", 56, 0, measured_file()); }},
+      {"QUAL safe to copy", "D12",
+       [] {
+         return with_parts([](Parts& p) { p.entries[find(p, "QUAL")].key.flags = kSafeToCopy; },
+                           measured_file());
+       }},
       {"stored_blocks too many", "PA9", [] { return with_field("PARM", 28, 9); }},
       {"TRIM bits", "PA9",
        [trimmed] {

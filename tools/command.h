@@ -88,6 +88,7 @@ Verb add_bench(CLI::App& app);
 Verb add_copy(CLI::App& app);
 Verb add_convert(CLI::App& app);
 Verb add_render(CLI::App& app);
+Verb add_tradeoff(CLI::App& app);
 Verb add_models(CLI::App& app);
 
 }  // namespace btfc

@@ -30,7 +30,8 @@ struct Arguments {
   std::string input, output, map, region, view, light, directions, scratch, size, origin, relief;
   std::string device = "cpu";
   bool validation = false;
-  std::optional<std::uint32_t> levels;
+  std::optional<std::uint32_t> levels, gates, decode_cost;
+  std::optional<float> psnr, distance, culling;
   std::optional<float> footprint;
   std::uint32_t period = 0;
   unsigned threads = 0;
@@ -109,6 +110,28 @@ std::string output_path(const std::string& output, const char* map, bool several
   const std::size_t dot = output.find_last_of('.');
   if (dot == std::string::npos) return output + '-' + map;
   return output.substr(0, dot) + '-' + map + output.substr(dot);
+}
+
+// What --levels, --gates and --culling say, or what the file's curve says of --psnr, --distance and
+// --decode-cost.
+Result<Done> choose_knobs(const Arguments& a, btfc_selection& selection) {
+  const bool chosen = a.levels || a.gates || a.culling, wanted = a.psnr || a.distance || a.decode_cost;
+  if (chosen && wanted) {
+    return bad_argument(
+        "--psnr, --distance and --decode-cost choose what --levels, --gates and --culling say; give the ones "
+        "or the "
+        "others");
+  }
+  selection.levels = a.levels ? *a.levels + 1 : 0;
+  selection.gates = a.gates.value_or(0);
+  selection.culling = a.culling.value_or(0);
+  if (!wanted) return Done{};
+  btfc_wanted what{};
+  what.struct_size = sizeof what;
+  what.psnr_db = a.psnr.value_or(0);
+  what.distance = a.distance.value_or(0);
+  what.operations = a.decode_cost.value_or(0);
+  return choose_selection(a.input, what, selection);
 }
 
 // Fills `count` rows from row y of the region with samples of a map's own type.
@@ -254,12 +277,14 @@ std::optional<int> write_exchanged(const Arguments& a) {
   const FileExchange* exchange = fitter(opened->head.model).exchange;
   if (exchange == nullptr || extension != exchange->extension) return std::nullopt;
   if (!a.map.empty() || !a.region.empty() || !a.view.empty() || !a.light.empty() || !a.directions.empty() ||
-      a.levels || a.footprint || a.window() || a.period != 0 || !a.relief.empty() || a.device != "cpu") {
-    return stop(bad_argument(
-        fmt::format("a .{} file takes all there is, without --map, --region, --view, "
-                    "--light, --directions, --levels, --footprint, --size, --origin, --periodic, --relief, "
-                    "--device",
-                    extension)));
+      a.levels || a.gates || a.culling || a.psnr || a.distance || a.decode_cost || a.footprint ||
+      a.window() || a.period != 0 || !a.relief.empty() || a.device != "cpu") {
+    return stop(
+        bad_argument(fmt::format("a .{} file takes all there is, without --map, --region, --view, "
+                                 "--light, --directions, --levels, --gates, --culling, --psnr, --distance, "
+                                 "--decode-cost, --footprint, --size, --origin, --periodic, --relief, "
+                                 "--device",
+                                 extension)));
   }
   const Result<Bytes> bytes = exchange->write(opened->head, opened->parm, chunk_reader(source, *opened));
   if (!bytes) return stop(placed(a.input, bytes.error()));
@@ -286,7 +311,7 @@ int run(const Arguments& a) {
   if (const std::optional<int> code = write_exchanged(a)) return *code;
   btfc_selection selection{};
   selection.struct_size = sizeof selection;
-  selection.levels = a.levels ? *a.levels + 1 : 0;
+  if (const auto ok = choose_knobs(a, selection); !ok) return stop(ok.error());
   selection.period = a.period;
   const std::map<std::string, std::uint32_t> reliefs = {{"", 0},
                                                         {"bump", 0},
@@ -387,6 +412,25 @@ Verb add_decode(CLI::App& app) {
       ->check(CLI::Range(1.0f, 1048576.0f))
       ->type_name("N");
   verb->add_option("--levels", a->levels, "only so many refinements after the coarsest level (default: all)")
+      ->type_name("N");
+  verb->add_option("--gates", a->gates,
+                   "of model gm: only the K highest gates of a texel (default: as the file has it)")
+      ->check(CLI::Range(1, 32))
+      ->type_name("K");
+  verb->add_option("--culling", a->culling,
+                   "of model gm on the CPU: leave out what together weighs so little (default 1e-5)")
+      ->check(CLI::Range(1e-7f, 0.1f))
+      ->type_name("E");
+  verb->add_option("--psnr", a->psnr,
+                   "by the file's measured curve (encode --measure): the cheapest setting that has P dB")
+      ->check(CLI::Range(1.0f, 200.0f))
+      ->type_name("P");
+  verb->add_option("--distance", a->distance, "likewise, of models that do not keep texels in place")
+      ->check(CLI::Range(1e-6f, 1e6f))
+      ->type_name("D");
+  verb->add_option("--decode-cost", a->decode_cost,
+                   "likewise: the best setting of at most N operations a texel in a shader")
+      ->check(CLI::Range(1u, UINT32_MAX))
       ->type_name("N");
   verb->add_option(
           "--device", a->device,

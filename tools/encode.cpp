@@ -5,10 +5,12 @@
 #include "encoder/input/directory_files.h"
 #include "encoder/model_table.h"
 #include "encoder/output/atomic_file.h"
-#include "encoder/run_on_threads.h"
 #include "format/container.h"
+#include "tools/auto_model.h"
 #include "tools/command.h"
-#include "tools/dataset_input.h"
+#include "tools/fit_input.h"
+#include "tools/measure_file.h"
+#include "tools/quality_report.h"
 #include "tools/scene_input.h"
 #include "tools/size_report.h"
 
@@ -16,129 +18,123 @@ namespace btfc {
 namespace {
 
 struct Arguments {
-  std::vector<std::string> inputs, maps;
-  std::string output, model, codec = "zstd", colour_space;
+  FitSources sources;
+  std::string output, model, codec = "zstd";
   std::optional<int> level;
   std::string seed = "1";
+  bool measure = false;
   OptionValues model_options;
-  DatasetInput dataset;
   Report report;
 };
 
-// INPUT becomes the map "image"; --map NAME=FILE adds named ones.
-Result<FitInput> read_inputs(const Arguments& a) {
-  FitInput input;
-  const auto add = [&](const std::string& name, const std::string& path) -> Result<Done> {
-    Result<Image> image = read_image(path);
-    if (!image) return image.error();
-    for (const NamedImage& other : input.maps) {
-      if (other.name == name) return bad_argument(fmt::format("two maps are named '{}'", name));
-    }
-    input.maps.push_back({name, *std::move(image)});
-    return Done{};
-  };
-  if (a.inputs.size() > 1) return bad_argument("more than one INPUT; give the other maps as --map NAME=FILE");
-  for (const std::string& path : a.inputs) {
-    if (const auto added = add("image", path); !added) return added.error();
-  }
-  for (const std::string& text : a.maps) {
-    const std::size_t equals = text.find('=');
-    if (equals == std::string::npos || !valid_map_name(text.substr(0, equals))) {
-      return bad_argument(
-          fmt::format("--map is '{}', expected NAME=FILE with a name of 1 to 24 of A-Z a-z 0-9 _ -", text));
-    }
-    if (const auto added = add(text.substr(0, equals), text.substr(equals + 1)); !added) return added.error();
-  }
-  if (input.maps.empty()) return bad_argument("there is no INPUT and no --map NAME=FILE");
-  std::uint32_t channels = 0;
-  for (const NamedImage& map : input.maps) channels += map.image.channels;
-  if (input.maps.size() > kMaxMaps || channels > kMaxChannels) {
-    return bad_argument(fmt::format("{} maps with {} channels, expected at most {} with {}",
-                                    input.maps.size(), channels, kMaxMaps, kMaxChannels));
-  }
-  if (!a.colour_space.empty()) {
-    const auto space = colour_space_of(a.colour_space);
-    if (!space)
-      return bad_argument(fmt::format("--colour-space is '{}', see spec/registry.md", a.colour_space));
-    for (NamedImage& map : input.maps) map.image.colour_space = *space;
-  }
-  return input;
-}
+constexpr const char* kAutomatic = "auto";
 
-struct Reading {
-  double seconds = 0;
-  std::size_t images = 0;  // of a data set
+// What was made of the input.
+struct Made {
+  const ModelFormat* model = nullptr;
+  FitResult fitted;
+  std::optional<QualityCurve> curve;
+  std::optional<AutomaticFit> automatic;  // its fitted has moved to `fitted`
+  double read_seconds = 0;
+  std::size_t images_read = 0;  // of a data set
 };
 
-// Reads what the model is fitted to, and fits.
-Result<FitResult> fit_inputs(const Arguments& a, const std::optional<Scene>& scene, const Fitter& fit,
-                             const FitSettings& settings, Reading& reading) {
+// The fit of a model that is named.
+Result<Made> fit_named(const ModelFormat& model, const FitInput& input, const FitSettings& settings) {
+  Result<FitResult> fitted = fitter(model.id).fit(input, settings);
+  if (!fitted) return fitted.error();
+  return Made{&model, *std::move(fitted), {}, {}, 0, 0};
+}
+
+Result<Made> fit_auto(const Arguments& a, const FitInput& input, FitSettings settings) {
+  const Result<Target> target = target_of(settings.options);
+  if (!target) return target.error();
+  settings.options.clear();
+  Result<AutomaticFit> found = fit_automatically(input, settings, *target, a.sources.dataset.scratch);
+  if (!found) return found.error();
+  Made made{found->model, std::move(found->fitted), {}, {}, 0, 0};
+  made.automatic = *std::move(found);
+  fmt::print(stderr, "{}\n", made.automatic->text);
+  return made;
+}
+
+// The curve of what was made, against what it was made from.
+Result<Done> add_curve(const Arguments& a, const FitInput& input, Made& made) {
+  const Result<Reference> reference = Reference::of(input, a.sources.dataset.scratch);
+  if (!reference) return reference.error();
+  const Result<Bytes> file = pack_file(made.fitted.chunks);
+  if (!file) return file.error();
+  const auto settings = measure_settings(*file, *reference, {.slow = true});
+  if (!settings) return settings.error();
+  Result<QualityCurve> curve = curve_of(*settings, *reference, fitter(made.model->id).keeps_texels);
+  if (!curve) return curve.error();
+  made.curve = *std::move(curve);
+  return Done{};
+}
+
+// Reads what the model is fitted to, and fits. model: null for the one that measurement chooses.
+Result<Made> fit_inputs(const Arguments& a, const ModelFormat* model, const FitSettings& settings) {
   const auto begin = std::chrono::steady_clock::now();
-  const auto read = [&] {
-    reading.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  Result<Made> made = bad_argument("");
+  const auto use = [&](const FitInput& input, std::size_t images_read) -> Result<Done> {
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    made = model == nullptr ? fit_auto(a, input, settings) : fit_named(*model, input, settings);
+    if (!made) return made.error();
+    made->read_seconds = seconds;
+    made->images_read = images_read;
+    return a.measure ? add_curve(a, input, *made) : Result<Done>(Done{});
   };
-  const bool images = fit.input == InputKind::images ||
-                      (fit.input == InputKind::either && !(a.inputs.size() == 1 && is_dataset(a.inputs[0])));
+  const auto with = [&](const Result<Done>& used) -> Result<Made> {
+    if (!used) return used.error();
+    return std::move(made);
+  };
+  const FitSources& s = a.sources;
+  if (model == nullptr) return with(with_input(s, a.model, use));
+  const Fitter& fit = fitter(model->id);
+  const bool images = fit.input == InputKind::images || (fit.input == InputKind::either && !s.has_dataset());
   if (images) {
-    if (a.dataset.given()) return bad_argument("--crop, --missing and --scratch are for models of data sets");
-    for (const std::string& path : a.inputs) {
+    if (s.dataset.given()) return bad_argument("--crop, --missing and --scratch are for models of data sets");
+    for (const std::string& path : s.inputs) {
       if (file_extension(path).empty() && is_dataset(path))
         return bad_argument(fmt::format("'{}' is a data set, model {} takes images", path, a.model));
     }
-    Result<FitInput> input = read_inputs(a);
+    const Result<FitInput> input = read_maps(s);
     if (!input) return input.error();
-    for (NamedImage& map : input->maps) {
-      if (!scene) break;
-      Result<Image> part = scene_image(*scene, map.image, map.name);
-      if (!part) return part.error();
-      map.image = *std::move(part);
-    }
-    read();
-    return fit.fit(*input, settings);
+    return with(use(*input, 0));
   }
-  if (fit.exchange != nullptr && a.inputs.size() == 1 &&
-      file_extension(a.inputs[0]) == fit.exchange->extension) {
-    if (a.dataset.given() || scene || !a.maps.empty() || !a.colour_space.empty()) {
+  if (fit.exchange != nullptr && s.inputs.size() == 1 &&
+      file_extension(s.inputs[0]) == fit.exchange->extension) {
+    if (s.dataset.given() || !s.dataset.scene_file.empty() || !s.maps.empty() || !s.colour_space.empty() ||
+        a.measure) {
       return bad_argument(
-          fmt::format("a .{} file is taken as it is, without --crop, --missing, --scratch, --scene, --map "
-                      "and --colour-space",
+          fmt::format("a .{} file is taken as it is, without --crop, --missing, --scratch, --scene, --map, "
+                      "--colour-space and --measure",
                       fit.exchange->extension));
     }
-    return fit.exchange->import(a.inputs[0], settings);
+    Result<FitResult> imported = fit.exchange->import(s.inputs[0], settings);
+    if (!imported) return imported.error();
+    return Made{model, *std::move(imported), {}, {}, 0, 0};
   }
-  if (a.inputs.size() != 1 || !a.maps.empty()) {
-    return bad_argument(
-        fmt::format("model {} takes one data set as INPUT (see 'btfc help convert'), and no --map", a.model));
-  }
-  if (!a.colour_space.empty()) return bad_argument("--colour-space is for images");
-  if (!is_dataset(a.inputs[0])) {
-    return bad_argument(
-        fmt::format("'{}' is no data set of a known kind, which model {} takes", a.inputs[0], a.model));
-  }
-  Result<FitResult> fitted = bad_argument("");
-  run_on_threads(a.dataset.threads, [&] {
-    const Result<DatasetRead> set = a.dataset.read(a.inputs[0]);
-    if (!set) {
-      fitted = set.error();
-      return;
-    }
-    read();
-    reading.images = set->images_read;
-    FitInput input;
-    input.dataset = &set->dataset;
-    fitted = fit.fit(input, settings);
-  });
-  return fitted;
+  return with(with_dataset(s, a.model, use));
 }
 
 int run(Arguments& a) {
   const auto stop = [](const Error& e) { return fail("encode", e); };
-  const ModelFormat* model = find_model(a.model);
-  if (model == nullptr)
+  const bool automatic = a.model == kAutomatic;
+  const ModelFormat* model = automatic ? nullptr : find_model(a.model);
+  if (model == nullptr && !automatic)
     return stop(bad_argument(fmt::format("there is no model '{}', see 'btfc models'", a.model)));
-  const Fitter& fit = fitter(model->id);
-  if (const auto known = check_model_options(*model, fit.options, a.model_options); !known)
+  const Result<std::optional<Scene>> scene = a.sources.dataset.scene();
+  if (!scene) return stop(scene.error());
+  if (*scene) {
+    if (const auto met = apply_target(**scene, model, a.model_options); !met) return stop(met.error());
+  }
+  if (automatic) {
+    if (const auto target = target_of(a.model_options); !target) return stop(target.error());
+  } else if (const auto known = check_model_options(*model, fitter(model->id).options, a.model_options);
+             !known) {
     return stop(known.error());
+  }
   const auto seed = parse_u64(a.seed);
   if (!seed)
     return stop(bad_argument(fmt::format("--seed is '{}', expected a whole number below 2^64", a.seed)));
@@ -148,29 +144,24 @@ int run(Arguments& a) {
   FitSettings settings;
   settings.options = a.model_options;
   settings.seed = *seed;
-  settings.threads = a.dataset.threads;
-  settings.reconstruct_missing = a.dataset.reconstructs();
-  if (settings.reconstruct_missing && !fit.reconstructs)
+  settings.threads = a.sources.dataset.threads;
+  settings.reconstruct_missing = a.sources.dataset.reconstructs();
+  if (settings.reconstruct_missing && (automatic || !fitter(model->id).reconstructs))
     return stop(bad_argument(fmt::format("--missing model: model {} does not reconstruct images", a.model)));
   settings.progress = progress_line("encoding");
   settings.note = note_line();
-  const Result<std::optional<Scene>> scene = a.dataset.scene();
-  if (!scene) return stop(scene.error());
+  Result<Made> made = fit_inputs(a, model, settings);
+  if (!made) return stop(made.error());
+  FitResult* const fitted = &made->fitted;
   if (*scene) {
-    if (const auto met = apply_target(**scene, *model, fit.options, settings.options); !met)
-      return stop(met.error());
-  }
-  Reading reading;
-  Result<FitResult> fitted = fit_inputs(a, *scene, fit, settings, reading);
-  if (!fitted) return stop(fitted.error());
-  if (*scene) {
-    const Result<Domain> domain = a.dataset.domain(**scene);
+    const Result<Domain> domain = a.sources.dataset.domain(**scene);
     if (!domain) return stop(domain.error());
     fitted->chunks.push_back({{kDomn, 0}, write_domain(*domain)});
   }
 
   fitted->meta["btfc:writer"] = "btfc 0.1.0";
   fitted->chunks.push_back({{kMeta, kSafeToCopy}, write_meta(fitted->meta)});
+  if (made->curve) fitted->chunks.push_back({{kQual, 0}, write_quality(*made->curve)});
 
   const Result<Bytes> file = pack_file(std::move(fitted->chunks), *pack);
   if (!file) return stop(file.error());
@@ -190,7 +181,7 @@ int run(Arguments& a) {
       fmt::format("{}: {}x{}, {} bytes, {:.4f} bits per texel by formula, {:.4f} as a file, {:.2f} s",
                   a.output, check->head.width, check->head.height, file->size(), formula, on_disk, seconds);
   Json json = {{"output", a.output},
-               {"model", a.model},
+               {"model", made->model->name},
                {"width", check->head.width},
                {"height", check->head.height},
                {"file_bytes", file->size()},
@@ -199,8 +190,8 @@ int run(Arguments& a) {
                {"bits_per_texel", formula},
                {"bits_per_texel_file", on_disk},
                {"seconds", seconds},
-               {"read_seconds", reading.seconds}};
-  if (reading.images > 0) json["images_read"] = reading.images;
+               {"read_seconds", made->read_seconds}};
+  if (made->images_read > 0) json["images_read"] = made->images_read;
   const Json sizes = size_json(check->head, check->layout);
   for (const char* rate : {"bits_per_sample", "ratio_u8", "ratio_u16"}) json[rate] = sizes[rate];
   if (check->head.pairs > 1)
@@ -209,6 +200,11 @@ int run(Arguments& a) {
   for (const Parameter& found : fitted->report) {
     text += fmt::format(", {} {}", found.name, found.value);
     json[found.name] = value_of(found);
+  }
+  if (made->automatic) json["auto"] = made->automatic->reasons;
+  if (made->curve) {
+    json["quality"] = quality_json(*made->curve);
+    text += '\n' + quality_text(*made->curve);
   }
   if (const auto wrote = a.report.write(text, json); !wrote) return stop(wrote.error());
   return kExitOk;
@@ -219,19 +215,28 @@ int run(Arguments& a) {
 Verb add_encode(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
   CLI::App* verb = app.add_subcommand("encode", "encode images or a BTF into a .btfc file");
-  verb->add_option("INPUT", a->inputs,
+  verb->add_option("INPUT", a->sources.inputs,
                    "the image (PNG, JPEG, TIFF, EXR, HDR), which becomes the map 'image'; or a data set (see "
                    "convert); for "
                    "model ptm also a .ptm file");
-  verb->add_option("--map", a->maps, "a named map, may be repeated")->type_name("NAME=FILE")->take_all();
+  verb->add_option("--map", a->sources.maps, "a named map, may be repeated")
+      ->type_name("NAME=FILE")
+      ->take_all();
   verb->add_option("-o,--output", a->output, "the file to write")->required()->type_name("OUT.btfc");
-  verb->add_option("--model", a->model, "the model, see 'btfc models'")->required()->type_name("ID");
+  verb->add_option("--model", a->model,
+                   "the model, see 'btfc models'; auto: the one that "
+                   "measurement finds best for --psnr, --bytes or --decode-cost")
+      ->required()
+      ->type_name("ID");
   add_pack_options(*verb, a->codec, a->level);
   verb->add_option("--seed", a->seed, "seed of random choices (default 1)")->type_name("N");
-  a->dataset.attach(*verb, true);
-  a->dataset.attach_scene(*verb);
-  verb->add_option("--colour-space", a->colour_space, "what the maps' values are (default: as the files say)")
+  a->sources.dataset.attach(*verb, true);
+  a->sources.dataset.attach_scene(*verb);
+  verb->add_option("--colour-space", a->sources.colour_space,
+                   "what the maps' values are (default: as the files say)")
       ->type_name("ID");
+  verb->add_flag("--measure", a->measure,
+                 "measure what the file is worth with fewer levels and gates, and keep the curve in it");
   a->report.attach(*verb);
   for (const ModelFormat& model : models())
     add_model_options(*verb, model, fitter(model.id).options, a->model_options);

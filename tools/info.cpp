@@ -5,6 +5,7 @@
 #include "tools/command.h"
 #include "tools/domain_report.h"
 #include "tools/file_source.h"
+#include "tools/quality_report.h"
 #include "tools/size_report.h"
 #include "tools/sweep.h"
 
@@ -49,6 +50,9 @@ int info(FileArguments& a) {
   const Result<std::optional<Domain>> domain = read_file_domain(file->source(), *opened);
   if (!domain) return stop(placed(a.input, domain.error()));
 
+  const Result<std::optional<QualityCurve>> quality = read_file_quality(file->source(), *opened);
+  if (!quality) return stop(placed(a.input, quality.error()));
+
   const Directory& d = opened->directory;
   Json json = size_json(opened->head, opened->layout);
   std::vector<std::uint64_t> raw;
@@ -71,7 +75,12 @@ int info(FileArguments& a) {
   json["meta"] = Json::object();
   for (const auto& [key, value] : *meta) json["meta"][key] = value;
   json["chunks"] = chunks;
-  if (const auto wrote = a.report.write(text_of(json), json); !wrote) return stop(wrote.error());
+  std::string text = text_of(json);
+  if (*quality) {
+    json["quality"] = quality_json(**quality);
+    text += '\n' + quality_text(**quality);
+  }
+  if (const auto wrote = a.report.write(text, json); !wrote) return stop(wrote.error());
   return kExitOk;
 }
 

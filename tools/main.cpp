@@ -25,8 +25,8 @@ int run(int argc, char** argv) {
       "found.");
   const std::vector<Verb> verbs = {add_encode(app), add_decode(app),  add_info(app),   add_verify(app),
                                    add_size(app),   add_compare(app), add_synth(app),  add_bench(app),
-                                   add_copy(app),   add_convert(app), add_render(app), add_scene(app),
-                                   add_models(app)};
+                                   add_copy(app),   add_convert(app), add_render(app), add_tradeoff(app),
+                                   add_scene(app),  add_models(app)};
   std::string topic;
   CLI::App* help = app.add_subcommand("help", "help on a verb");
   help->add_option("VERB", topic, "the verb");

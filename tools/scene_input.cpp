@@ -40,20 +40,20 @@ Result<Image> scene_image(const Scene& scene, const Image& image, const std::str
   return reduced(part, {*channels, scene.scale_log2()});
 }
 
-Result<Done> apply_target(const Scene& scene, const ModelFormat& model, std::span<const OptionSpec> options,
-                          OptionValues& values) {
+Result<Done> apply_target(const Scene& scene, const ModelFormat* model, OptionValues& values) {
   if (!scene.target) return Done{};
-  const char* name = scene.target->psnr ? "psnr" : "bytes";
-  const bool known = std::any_of(options.begin(), options.end(),
-                                 [&](const OptionSpec& o) { return std::string(o.name) == name; });
-  if (!known) {
-    return bad_argument(
-        fmt::format("the scene has a target, and model {} has no option --{} to meet it with; gm has, and "
-                    "--model auto chooses a model for it",
-                    model.name, name));
-  }
   if (values.contains("psnr") || values.contains("bytes"))
     return bad_argument("the scene has a target, and --psnr or --bytes is given; expected one of them");
+  const std::string name = scene.target->psnr ? "psnr" : "bytes";
+  if (model != nullptr) {
+    const std::span<const OptionSpec> options = fitter(model->id).options;
+    if (std::none_of(options.begin(), options.end(), [&](const OptionSpec& o) { return name == o.name; })) {
+      return bad_argument(
+          fmt::format("the scene has a target, and model {} has no option --{} to meet it with; gm has, and "
+                      "--model auto chooses a model for it",
+                      model->name, name));
+    }
+  }
   values[name] =
       scene.target->psnr ? fmt::format("{}", *scene.target->psnr) : fmt::format("{}", *scene.target->bytes);
   return Done{};

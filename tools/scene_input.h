@@ -17,8 +17,8 @@ Result<Rectangle> scene_texels(const Scene& scene, std::uint32_t width, std::uin
 // Region, channels (by number, or R, G, B, A, Y) and footprints of a scene; one with directions is refused.
 Result<Image> scene_image(const Scene& scene, const Image& image, const std::string& what);
 
-// A scene's target as the option of a model that has one; refused where it has none, or the option is given.
-Result<Done> apply_target(const Scene& scene, const ModelFormat& model, std::span<const OptionSpec> options,
-                          OptionValues& values);
+// A scene's target as the option --psnr or --bytes; refused where one of them is given, or the model (null:
+// the one that measurement chooses) has no such option.
+Result<Done> apply_target(const Scene& scene, const ModelFormat* model, OptionValues& values);
 
 }  // namespace btfc

@@ -175,11 +175,16 @@ Result<Dataset> decode_dataset_like(const std::string& path, const DatasetInfo& 
   if (!texture) return texture.error();
   const Result<Head> head = read_file_head(path);
   if (!head) return head.error();
-  DatasetInfo info = info_of(*head, fine_type(texture->get()));
+  return decode_dataset_like(*head, texture->get(), like, scratch_directory);
+}
+
+Result<Dataset> decode_dataset_like(const Head& head, const btfc_texture* texture, const DatasetInfo& like,
+                                    const std::string& scratch_directory) {
+  DatasetInfo info = info_of(head, fine_type(texture));
   info.views = like.views;
   info.lights = like.lights;
   info.pairs = like.pairs;
-  return decode_pairs(*head, texture->get(), info, directions_of(like.views), directions_of(like.lights), {},
+  return decode_pairs(head, texture, info, directions_of(like.views), directions_of(like.lights), {},
                       scratch_directory);
 }
 

@@ -22,6 +22,10 @@ Result<Dataset> decode_dataset_finely(const std::string& path, const std::string
 Result<Dataset> decode_dataset_like(const std::string& path, const DatasetInfo& like,
                                     const std::string& scratch_directory);
 
+// The same of a file that is loaded.
+Result<Dataset> decode_dataset_like(const Head& head, const btfc_texture* texture, const DatasetInfo& like,
+                                    const std::string& scratch_directory);
+
 // The same of the texels and channels that `like` has, which was read with `asked`, whatever part of the
 // original the file itself was made of. Refused: a part that does not hold them, or is coarser.
 Result<Dataset> decode_dataset_part(const std::string& path, const DatasetInfo& like,

@@ -16,7 +16,21 @@ Error from_api(const btfc_error& error) {
   return {kStatus[error.result], error.message + rule, "", error.offset};
 }
 
-Result<TexturePtr> load_texture(const std::string& path, const btfc_selection* selection) {
+namespace {
+
+using ReaderPtr = std::unique_ptr<btfc_reader, ReaderFree>;
+
+Result<ReaderPtr> open_in_memory(ByteView file) {
+  btfc_error error{};
+  btfc_reader* reader = nullptr;
+  if (btfc_reader_open_memory(file.data(), file.size(), nullptr, &reader, &error) != BTFC_OK)
+    return from_api(error);
+  return ReaderPtr(reader);
+}
+
+// Calls use(reader) over a file on disk; use reports into its btfc_error.
+template <class Use>
+Result<Done> with_reader(const std::string& path, const Use& use) {
   const Result<FileSource> file = FileSource::open(path);
   if (!file) return file.error();
   const ByteSource bytes = file->source();
@@ -30,10 +44,52 @@ Result<TexturePtr> load_texture(const std::string& path, const btfc_selection* s
   btfc_error error{};
   btfc_reader* reader = nullptr;
   if (btfc_reader_open(&source, nullptr, &reader, &error) != BTFC_OK) return placed(path, from_api(error));
-  const std::unique_ptr<btfc_reader, ReaderFree> owned(reader);
+  const ReaderPtr owned(reader);
+  if (use(reader, &error) != BTFC_OK) return placed(path, from_api(error));
+  return Done{};
+}
+
+}  // namespace
+
+Result<TexturePtr> load_texture(const std::string& path, const btfc_selection* selection) {
   btfc_texture* texture = nullptr;
-  if (btfc_texture_load(reader, selection, &texture, &error) != BTFC_OK) return placed(path, from_api(error));
+  const auto loaded = with_reader(path, [&](btfc_reader* reader, btfc_error* error) {
+    return btfc_texture_load(reader, selection, &texture, error);
+  });
+  if (!loaded) return loaded.error();
   return TexturePtr(texture);
+}
+
+Result<Done> choose_selection(const std::string& path, const btfc_wanted& wanted, btfc_selection& selection) {
+  return with_reader(path, [&](btfc_reader* reader, btfc_error* error) {
+    return btfc_choose(reader, &wanted, &selection, nullptr, error);
+  });
+}
+
+Result<TexturePtr> load_texture(ByteView file, const btfc_selection* selection) {
+  const Result<ReaderPtr> reader = open_in_memory(file);
+  if (!reader) return reader.error();
+  btfc_error error{};
+  btfc_texture* texture = nullptr;
+  if (btfc_texture_load(reader->get(), selection, &texture, &error) != BTFC_OK) return from_api(error);
+  return TexturePtr(texture);
+}
+
+Result<btfc_file_info> file_info(ByteView file) {
+  const Result<ReaderPtr> reader = open_in_memory(file);
+  if (!reader) return reader.error();
+  btfc_file_info info{};
+  btfc_reader_info(reader->get(), &info);
+  return info;
+}
+
+btfc_selection selection_of(const Knobs& knobs) {
+  btfc_selection selection{};
+  selection.struct_size = sizeof selection;
+  selection.levels = knobs.levels;
+  selection.gates = knobs.gates;
+  selection.culling = knobs.culling;
+  return selection;
 }
 
 Result<Head> read_file_head(const std::string& path) {

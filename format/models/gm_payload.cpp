@@ -418,6 +418,18 @@ Result<Layout> gm_layout(const Head& head, ByteView raw) {
   return layout;
 }
 
+Result<Bytes> gm_reduced(const Head& head, ByteView raw, const Knobs& knobs) {
+  Result<GmParm> p = read_gm_parm(head, raw);
+  if (!p) return p.error();
+  if (knobs.levels != 0 && knobs.levels < p->levels) {
+    const std::uint32_t components = gm_level_begin(p->components, p->levels, knobs.levels);
+    p->levels = knobs.levels;
+    p = gm_with_components(*p, components);
+  }
+  if (knobs.gates != 0 && knobs.gates < p->components) p->gates = knobs.gates;
+  return write_gm_parm(*p);
+}
+
 Result<LoadedItem> gm_load(const Head& head, ByteView raw, const ChunkReader& read, std::uint32_t levels) {
   const Result<GmParm> parm = read_gm_parm(head, raw);
   if (!parm) return parm.error();

@@ -66,6 +66,8 @@ GmMixture gm_mixture_of_paper(const CodedRows& rows, std::uint32_t channels);
 Result<ItemDescription> gm_describe(const OptionValues& options);
 Result<Layout> gm_layout(const Head& head, ByteView parm);
 Result<LoadedItem> gm_load(const Head& head, ByteView parm, const ChunkReader& read, std::uint32_t levels);
+// The first levels' components alone, and no more gates.
+Result<Bytes> gm_reduced(const Head& head, ByteView parm, const Knobs& knobs);
 inline constexpr std::uint32_t kGmChunkTypes[] = {kDirs, four_cc("GMIX"), four_cc("GSCL"), four_cc("MEAN")};
 inline constexpr OptionSpec kGmOptions[] = {
     {"components", "M", "components of the mixture, 1 to 65536 (default 600)"},

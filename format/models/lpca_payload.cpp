@@ -200,6 +200,13 @@ Result<Layout> lpca_layout(const Head& head, ByteView parm) {
   return layout;
 }
 
+Result<Bytes> lpca_reduced(const Head& head, ByteView parm, const Knobs& knobs) {
+  Result<LpcaShape> shape = read_lpca_parm(head, parm);
+  if (!shape) return shape.error();
+  if (knobs.levels != 0) shape->rank = std::min(shape->rank, knobs.levels - 1);
+  return write_lpca_parm(*shape);
+}
+
 Result<LoadedItem> lpca_load(const Head& head, ByteView parm, const ChunkReader& read, std::uint32_t levels) {
   const Result<LpcaShape> shape = read_lpca_parm(head, parm);
   if (!shape) return shape.error();

@@ -47,6 +47,7 @@ std::vector<RawChunk> lpca_write(const Head& head, const LpcaShape& shape, const
 Result<ItemDescription> lpca_describe(const OptionValues& options);
 Result<Layout> lpca_layout(const Head& head, ByteView parm);
 Result<LoadedItem> lpca_load(const Head& head, ByteView parm, const ChunkReader& read, std::uint32_t levels);
+Result<Bytes> lpca_reduced(const Head& head, ByteView parm, const Knobs& knobs);
 extern const std::span<const std::uint32_t> kLpcaChunkTypes;
 extern const std::span<const OptionSpec> kLpcaSizeOptions;
 

@@ -200,6 +200,13 @@ Result<Layout> plm_layout(const Head& head, ByteView parm) {
   return layout;
 }
 
+Result<Bytes> plm_reduced(const Head& head, ByteView parm, const Knobs& knobs) {
+  Result<PlmShape> shape = read_plm_parm(head, parm);
+  if (!shape) return shape.error();
+  shape->polynomials = shape->polynomials && knobs.levels != 1;
+  return write_plm_parm(*shape);
+}
+
 Result<LoadedItem> plm_load(const Head& head, ByteView parm, const ChunkReader& read, std::uint32_t levels) {
   const Result<PlmShape> shape = read_plm_parm(head, parm);
   if (!shape) return shape.error();

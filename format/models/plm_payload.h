@@ -53,6 +53,7 @@ std::vector<RawChunk> plm_write(const Head& head, const PlmShape& shape, const P
 Result<ItemDescription> plm_describe(const OptionValues& options);
 Result<Layout> plm_layout(const Head& head, ByteView parm);
 Result<LoadedItem> plm_load(const Head& head, ByteView parm, const ChunkReader& read, std::uint32_t levels);
+Result<Bytes> plm_reduced(const Head& head, ByteView parm, const Knobs& knobs);
 extern const std::span<const std::uint32_t> kPlmChunkTypes;
 extern const std::span<const OptionSpec> kPlmSizeOptions;
 

@@ -142,6 +142,14 @@ Result<Layout> weighted_layout(const WeightedModel& model, const Head& head, con
   return layout;
 }
 
+Result<Bytes> weighted_reduced(const WeightedModel& model, const Head& head, ByteView parm,
+                               const Knobs& knobs) {
+  Result<WeightedShape> shape = read_weighted_parm(model, head, parm);
+  if (!shape) return shape.error();
+  if (knobs.levels != 0) shape->rank = std::min(shape->rank, knobs.levels - 1);
+  return write_weighted_parm(*shape);
+}
+
 Result<WeightedItem> weighted_load(const WeightedModel& model, const Head& head, ByteView parm,
                                    const ChunkReader& read, std::uint32_t levels) {
   const Result<WeightedShape> shape = read_weighted_parm(model, head, parm);

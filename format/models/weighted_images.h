@@ -74,4 +74,11 @@ struct WeightedItem {
 Result<WeightedItem> weighted_load(const WeightedModel& model, const Head& head, ByteView parm,
                                    const ChunkReader& read, std::uint32_t levels);
 
+Result<Bytes> weighted_reduced(const WeightedModel& model, const Head& head, ByteView parm,
+                               const Knobs& knobs);
+template <const WeightedModel& model>
+Result<Bytes> weighted_reduced(const Head& head, ByteView parm, const Knobs& knobs) {
+  return weighted_reduced(model, head, parm, knobs);
+}
+
 }  // namespace btfc

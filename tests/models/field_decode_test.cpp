@@ -30,7 +30,7 @@ constexpr std::int32_t kLow = std::numeric_limits<std::int32_t>::min(),
 constexpr ModelId kModels[] = {ModelId::car, ModelId::gmrf, ModelId::car3d};
 
 btfc_selection part(std::uint32_t levels, std::uint32_t period, std::uint32_t relief) {
-  return {sizeof(btfc_selection), levels, period, relief};
+  return {sizeof(btfc_selection), levels, period, relief, 0, 0};
 }
 
 ScratchPtr scratch_of(const TexturePtr& texture) { return ScratchPtr(btfc_scratch_new(texture.get())); }

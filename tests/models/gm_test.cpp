@@ -235,11 +235,54 @@ TEST(GmModel, LevelsArePrefixes) {
   const Dataset set = small_set();
   const Bytes file = encode_gm(set, {{"components", "64"}, {"levels", "4"}});
   const auto error = [&](std::uint32_t levels) {
-    const btfc_selection selection{sizeof(btfc_selection), levels, 0, 0};
+    const btfc_selection selection{sizeof(btfc_selection), levels, 0, 0, 0, 0};
     return rmse(set, file, &selection);
   };
   EXPECT_LT(error(4), 0.5 * error(1));
   EXPECT_EQ(error(4), rmse(set, file)) << "all there are";
+}
+
+// All texels of the first map under an oblique pair.
+std::vector<float> values_with(const Bytes& file, std::uint32_t gates, float culling) {
+  btfc_reader* reader = nullptr;
+  btfc_texture* loaded = nullptr;
+  btfc_error error{};
+  EXPECT_EQ(btfc_reader_open_memory(file.data(), file.size(), nullptr, &reader, &error), BTFC_OK);
+  const std::unique_ptr<btfc_reader, ReaderFree> owned(reader);
+  const btfc_selection selection{sizeof(btfc_selection), 0, 0, 0, gates, culling};
+  if (btfc_texture_load(reader, &selection, &loaded, &error) != BTFC_OK) return {};
+  const TexturePtr texture(loaded);
+  const std::uint32_t width = btfc_texture_width(loaded), height = btfc_texture_height(loaded);
+  std::vector<float> values(std::size_t{width} * height * 3);
+  const btfc_directions d{{0.3f, 0.1f, 0.9f}, {-0.4f, 0.2f, 0.8f}, 1, 0};
+  EXPECT_EQ(btfc_decode_rect(loaded, nullptr, 0, &d, 0, 0, width, height, BTFC_FLOAT32, values.data(),
+                             width * 12, values.size() * 4),
+            BTFC_OK);
+  return values;
+}
+
+TEST(GmModel, GatesAreChosenAtLoading) {
+  FitResult result = fit("gm", small_set(), {{"components", "40"}, {"iterations", "200"}});
+  const Bytes all = pack(result);
+  for (RawChunk& chunk : result.chunks) {
+    if (chunk.key.type == kParm) store_u16(&chunk.raw[4], 4);
+  }
+  const Bytes four = pack(result);
+  EXPECT_EQ(values_with(all, 4, 0), values_with(four, 0, 0));
+  EXPECT_NE(values_with(all, 4, 0), values_with(all, 0, 0));
+  EXPECT_NE(values_with(four, 2, 0), values_with(four, 0, 0));
+  EXPECT_TRUE(values_with(four, 5, 0).empty()) << "more than the file has";
+  EXPECT_TRUE(values_with(all, 33, 0).empty());
+}
+
+TEST(GmModel, CullingMovesValuesByItsShareAtMost) {
+  const Bytes file = encode_gm(small_set(), {{"components", "60"}, {"iterations", "200"}});
+  const std::vector<float> exact = values_with(file, 0, 0), rough = values_with(file, 0, 0.05f);
+  float most = 0;
+  for (std::size_t i = 0; i < exact.size(); ++i) most = std::max(most, std::abs(exact[i] - rough[i]));
+  EXPECT_GT(most, 0.0f);
+  EXPECT_LT(most, 0.05f) << "of outputs within a range of 1";
+  EXPECT_TRUE(values_with(file, 0, 0.2f).empty());
 }
 
 TEST(GmModel, SameFileOnAnyNumberOfThreads) {

@@ -136,7 +136,7 @@ TEST_P(PcaModel, ComponentsLevelsAndPrecisions) {
   double before = 1;
   const Bytes whole = encode(GetParam(), set, {{"rank", "6"}, {"clusters", "3"}});
   for (std::uint32_t rank = 0; rank <= 6; ++rank) {
-    const btfc_selection selection{sizeof(btfc_selection), rank + 1, 0, 0};
+    const btfc_selection selection{sizeof(btfc_selection), rank + 1, 0, 0, 0, 0};
     const double error = rmse(set, whole, &selection);
     EXPECT_LT(error, before);
     before = error;

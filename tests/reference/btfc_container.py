@@ -14,7 +14,7 @@ import zstandard
 MAGIC = bytes.fromhex("AB 42 54 46 43 20 31 BB 0D 0A 1A 0A")
 CRITICAL, PAYLOAD, SAFE_TO_COPY = 1, 2, 4
 MAX_CHUNKS, MAX_RAW, MAX_SIZE, MAX_PAIRS = 1 << 20, 1 << 27, 65536, 1 << 20
-MAX_HEAD, MAX_PARM, MAX_META, MAX_WINDOW = 544, 4096, 1 << 20, 1 << 23
+MAX_HEAD, MAX_PARM, MAX_META, MAX_QUALITY, MAX_WINDOW = 544, 4096, 1 << 20, 16 + 40 * 1024, 1 << 23
 
 SAMPLE_TYPES = ("unorm8", "unorm16", "float16")
 SAMPLE_BITS = (8, 16, 16)
@@ -24,7 +24,7 @@ QUANTITY_COUNT, TRANSFORM_COUNT, ALPHA_COUNT = 5, 3, 3
 NAME_BYTES = frozenset(b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-")
 KEY_BYTES = NAME_BYTES | frozenset(b".:")
 MAX_ENTRIES = 65536  # of a list in DOMN
-ANCILLARY = {b"META": SAFE_TO_COPY, b"DOMN": 0}  # in any model's file, at most once
+ANCILLARY = {b"META": SAFE_TO_COPY, b"DOMN": 0, b"QUAL": 0}  # in any model's file, at most once
 
 
 class Refusal(Exception):
@@ -198,6 +198,34 @@ def check_frame(stored, raw_bytes):
     need(at == len(stored), "bytes after the frame")
 
 
+def check_quality(raw, pairs):
+    """Rules QU1 and QU2."""
+    def need(condition, message):
+        require(condition, "QU1", "QUAL: " + message)
+
+    need(16 + 40 <= len(raw) <= MAX_QUALITY, f"{len(raw)} bytes")
+    count, measures, measured, reserved = struct.unpack_from("<4I", raw)
+    need(len(raw) == 16 + 40 * count, f"{count} points in {len(raw)} bytes")
+    need(1 <= measures <= 31, f"measures {measures}")
+    need(1 <= measured <= pairs, f"{measured} pairs of {pairs}")
+    need(reserved == 0, "reserved is not 0")
+    seen = set()
+    for at in range(16, len(raw), 40):
+        levels, gates, culling, *values, operations, reads, reserved = struct.unpack_from("<2I5f3I", raw, at)
+
+        def need_here(condition, message):
+            require(condition, "QU2", f"QUAL: the point at {at}: {message}")
+
+        need_here(levels <= 256 and gates <= 32 and 0 <= culling <= 1, "knobs out of range")
+        for bit, (value, most) in enumerate(zip(values, (200, 1e30, 1e30, 1e30))):
+            need_here(0 <= value <= most, f"measure {bit} is {value}")
+            need_here(measures >> bit & 1 or value == 0, f"measure {bit} is not among the measures")
+        need_here(measures & 16 or operations == reads == 0, "a cost that is not among the measures")
+        need_here(reserved == 0, "reserved is not 0")
+        need_here((levels, gates, culling) not in seen, "the knobs of a point before it")
+        seen.add((levels, gates, culling))
+
+
 def check_meta(raw):
     """Rule M1."""
     def need(condition, message):
@@ -365,7 +393,7 @@ class File:
             check_domain(self.head, self.chunk(b"DOMN"))
 
     def check_contents(self):
-        """What remains after the constructor: C1 to C3 of all other chunks, the model's rules, M1 and P1."""
+        """What remains after the constructor: C1 to C3 of all other chunks, the model's rules, M1, QU1, QU2 and P1."""
         for e in self.entries:
             if e.type not in (b"HEAD", b"PARM"):
                 self.raw(e)
@@ -373,6 +401,8 @@ class File:
         self.check_domain()
         if (b"META", 0, 0, 0) in self.described:
             check_meta(self.chunk(b"META"))
+        if (b"QUAL", 0, 0, 0) in self.described:
+            check_quality(self.chunk(b"QUAL"), self.head.pairs)
         end = 64 + 48 * len(self.entries)
         for e in self.entries:
             require(not any(self._read(end, e.offset - end)), "P1", f"padding before {e.name()} is not zero")

@@ -109,6 +109,9 @@ typedef struct btfc_file_info {
   uint64_t payload_bits; /* = the model's formula */
   uint64_t memory_bits;  /* of words and planes, as a GPU holds them; on the CPU a map of three channels
                             keeps its sample a second time without padding, 3/4 of its plane */
+  uint32_t levels;       /* that btfc_selection.levels may count; 1 of models without */
+  uint32_t gates;        /* the most that btfc_selection.gates may be; 0: the model has none */
+  int culls;             /* whether btfc_selection.culling changes anything */
 } btfc_file_info;
 
 BTFC_API btfc_result btfc_reader_info(const btfc_reader* reader, btfc_file_info* info_ret);
@@ -136,7 +139,8 @@ BTFC_API btfc_result btfc_verify(const btfc_source* source, const btfc_options* 
 /* ---- texture
  * --------------------------------------------------------------------------------------------------- */
 
-/* Which part of an item to load. Zero means default. */
+/* Which part of an item to load, and how closely it is followed. Zero means default. Set struct_size to
+ * sizeof(btfc_selection): later versions append fields, and a shorter struct of an earlier one is taken. */
 typedef struct btfc_selection {
   size_t struct_size;
   uint32_t levels; /* how many levels, the coarsest counted: 1 is that alone, 1 + k adds k components of pca;
@@ -145,6 +149,11 @@ typedef struct btfc_selection {
                       multiple of 2^(levels - 1), of gmrf's torus, and of the tile where there is a relief; at
                       most 2^30 */
   uint32_t relief; /* of unbounded textures with a range map: BTFC_RELIEF_ flags */
+  uint32_t gates;  /* of gm: only so many of the highest gates of a texel count, in shaders too; at most
+                      btfc_file_info.gates; default as the file has it */
+  float culling;   /* of gm on the CPU: rectangles and batches may leave out components that together weigh so
+                      little, 1e-7 to 0.1, which moves a value by at most that share of the outputs' range;
+                      default 1e-5. Shaders leave nothing out */
 } btfc_selection;
 
 #define BTFC_RELIEF_NONE 1u     /* no bump filter */
@@ -157,6 +166,49 @@ BTFC_API btfc_result btfc_texture_load(btfc_reader* reader, const btfc_selection
                                        btfc_texture** texture_ret, btfc_error* error);
 
 BTFC_API void btfc_texture_free(btfc_texture* texture);
+
+/* What a file's maker measured it to be worth under settings of a btfc_selection: the QUAL chunk. */
+#define BTFC_QUALITY_PSNR 1u     /* psnr_db: of models that keep texels in place */
+#define BTFC_QUALITY_LAB 2u      /* mae_lab */
+#define BTFC_QUALITY_DISTANCE 4u /* distance: of models that do not keep texels in place */
+#define BTFC_QUALITY_RATE 8u     /* rate */
+#define BTFC_QUALITY_COST 16u    /* operations, reads */
+
+typedef struct btfc_quality_info {
+  uint32_t measures; /* BTFC_QUALITY_ flags: what points have; the rest of a point is 0 */
+  uint32_t pairs;    /* of directions that were measured, evenly among the file's */
+  uint32_t points;   /* 0: the file has no curve */
+} btfc_quality_info;
+
+typedef struct btfc_quality_point {
+  uint32_t levels, gates; /* as in btfc_selection, */
+  float culling;          /* 0 where they are the file's own */
+  float psnr_db;          /* 200: no difference */
+  float mae_lab;          /* mean absolute difference in CIE Lab */
+  float distance;         /* spec/btfc.md section 5.4; 0: no difference */
+  float rate; /* texels decoded by whole images on one core, over random fetches of uncompressed ones */
+  uint32_t operations, reads; /* of a texel in a shader; reads are words of 32 bits */
+} btfc_quality_point;
+
+/* The first point_count of the curve's points; points may be NULL with point_count 0. One read of the source.
+ * A file without a curve is no error: info_ret->points is 0. */
+BTFC_API btfc_result btfc_reader_quality(btfc_reader* reader, btfc_quality_info* info_ret,
+                                         btfc_quality_point* points, size_t point_count, btfc_error* error);
+
+/* What is wanted of a file; zero: no matter. */
+typedef struct btfc_wanted {
+  size_t struct_size;
+  float psnr_db;       /* at least */
+  float distance;      /* at most */
+  uint32_t operations; /* of a texel in a shader, at most */
+} btfc_wanted;
+
+/* Sets levels, gates and culling of a selection, and nothing else of it, to the point of the file's curve
+ * that gives all that is wanted: where an error is wanted the one of the fewest operations, else the one of
+ * the least error; ties go to the higher rate. A function of the curve alone. BTFC_BAD_ARGUMENT where the
+ * file has no curve, or no such point: the message names the nearest. point_ret may be NULL. */
+BTFC_API btfc_result btfc_choose(btfc_reader* reader, const btfc_wanted* wanted, btfc_selection* selection,
+                                 btfc_quality_point* point_ret, btfc_error* error);
 
 typedef enum btfc_sample {
   BTFC_UNORM8 = 0,

@@ -24,14 +24,11 @@ struct ScratchFree {
 class Texture {
  public:
   // From a whole file in memory; the bytes may go away afterwards.
-  static Texture load(std::span<const unsigned char> file) {
-    Texture t;
-    btfc_reader* reader = nullptr;
-    if (btfc_reader_open_memory(file.data(), file.size(), nullptr, &reader, &t.error_) != BTFC_OK) return t;
-    const std::unique_ptr<btfc_reader, ReaderFree> owned(reader);
-    btfc_texture* texture = nullptr;
-    if (btfc_texture_load(reader, nullptr, &texture, &t.error_) == BTFC_OK) t.texture_.reset(texture);
-    return t;
+  static Texture load(std::span<const unsigned char> file) { return load(file, nullptr); }
+
+  // The same with the setting of its measured curve that gives what is wanted (btfc_choose).
+  static Texture load(std::span<const unsigned char> file, const btfc_wanted& wanted) {
+    return load(file, &wanted);
   }
 
   explicit operator bool() const { return texture_ != nullptr; }
@@ -81,6 +78,19 @@ class Texture {
   }
 
  private:
+  static Texture load(std::span<const unsigned char> file, const btfc_wanted* wanted) {
+    Texture t;
+    btfc_reader* reader = nullptr;
+    if (btfc_reader_open_memory(file.data(), file.size(), nullptr, &reader, &t.error_) != BTFC_OK) return t;
+    const std::unique_ptr<btfc_reader, ReaderFree> owned(reader);
+    btfc_selection selection{};
+    selection.struct_size = sizeof selection;
+    if (wanted != nullptr && btfc_choose(reader, wanted, &selection, nullptr, &t.error_) != BTFC_OK) return t;
+    btfc_texture* texture = nullptr;
+    if (btfc_texture_load(reader, &selection, &texture, &t.error_) == BTFC_OK) t.texture_.reset(texture);
+    return t;
+  }
+
   std::unique_ptr<btfc_texture, TextureFree> texture_;
   btfc_error error_{};
 };

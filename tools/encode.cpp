@@ -76,7 +76,8 @@ Result<FitResult> fit_inputs(const Arguments& a, const Fitter& fit, const FitSet
   if (images) {
     if (a.dataset.given()) return bad_argument("--crop, --missing and --scratch are for models of data sets");
     for (const std::string& path : a.inputs) {
-      if (file_extension(path).empty() && is_dataset(path))
+      // A picture in an EXR file may look like one; folders and descriptions are no pictures.
+      if (file_extension(path) != "exr" && is_dataset(path))
         return bad_argument(fmt::format("'{}' is a data set, model {} takes images", path, a.model));
     }
     const Result<FitInput> input = read_inputs(a);

@@ -95,7 +95,8 @@ Result<Made> fit_inputs(const Arguments& a, const ModelFormat* model, const FitS
   if (images) {
     if (s.dataset.given()) return bad_argument("--crop, --missing and --scratch are for models of data sets");
     for (const std::string& path : s.inputs) {
-      if (file_extension(path).empty() && is_dataset(path))
+      // A picture in an EXR file may look like one; folders and descriptions are no pictures.
+      if (file_extension(path) != "exr" && is_dataset(path))
         return bad_argument(fmt::format("'{}' is a data set, model {} takes images", path, a.model));
     }
     const Result<FitInput> input = read_maps(s);

@@ -1,13 +1,21 @@
 // Sums over planes.
 #include "encoder/fields/plane.h"
 
+#include <algorithm>
 #include <numeric>
 
 namespace btfc {
 
+// In blocks: one running sum over 10^9 texels loses what lies 10^-8 below their mean.
 double mean_of(const FieldPlane& plane) {
-  return std::accumulate(plane.values.begin(), plane.values.end(), 0.0) /
-         static_cast<double>(plane.values.size());
+  constexpr std::ptrdiff_t kBlock = 1 << 14;
+  double sum = 0;
+  for (auto at = plane.values.begin(); at != plane.values.end();) {
+    const auto end = at + std::min(kBlock, plane.values.end() - at);
+    sum += std::accumulate(at, end, 0.0);
+    at = end;
+  }
+  return sum / static_cast<double>(plane.values.size());
 }
 
 }  // namespace btfc

@@ -72,10 +72,10 @@ HWY_INLINE void row_of_texels(const float* columns, const float* row_base, const
       const GmVec l = hn::Sub(hn::Set(d, row_base[m]), hn::LoadU(d, columns + m * kImageTile + i));
       const GmVec w = gm_exp2(d, l);
       total = hn::Add(total, w);
-      s0 = hn::MulAdd(w, hn::Set(d, values[m]), s0);
-      if constexpr (kChannels > 1) s1 = hn::MulAdd(w, hn::Set(d, values[stride + m]), s1);
-      if constexpr (kChannels > 2) s2 = hn::MulAdd(w, hn::Set(d, values[2 * stride + m]), s2);
-      if constexpr (kChannels > 3) s3 = hn::MulAdd(w, hn::Set(d, values[3 * stride + m]), s3);
+      s0 = gm_mul_add(w, hn::Set(d, values[m]), s0);
+      if constexpr (kChannels > 1) s1 = gm_mul_add(w, hn::Set(d, values[stride + m]), s1);
+      if constexpr (kChannels > 2) s2 = gm_mul_add(w, hn::Set(d, values[2 * stride + m]), s2);
+      if constexpr (kChannels > 3) s3 = gm_mul_add(w, hn::Set(d, values[3 * stride + m]), s3);
     }
     const GmVec inverse = hn::Div(hn::Set(d, 1.0f), total);
     hn::StoreU(hn::Mul(s0, inverse), d, out + i);
@@ -221,23 +221,22 @@ template <std::size_t kChannels>
 HWY_INLINE void gather_target(const float* gate, const std::int32_t* index, std::size_t count, float best,
                               const float* list, std::size_t s, float* out) {
   const GmLanes d;
-  GmVec total = hn::Zero(d), s0 = total, s1 = total, s2 = total, s3 = total;
-  for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
-    const GmVec w = gm_exp2(d, hn::Sub(hn::LoadU(d, gate + m), hn::Set(d, best)));
-    const auto at = hn::LoadU(hn::RebindToSigned<GmLanes>(), index + m);
-    const auto value = [&](std::size_t c)
-                           HWY_ATTR { return hn::GatherIndex(d, list + (GM_OUTPUT + c) * s, at); };
-    total = hn::Add(total, w);
-    s0 = hn::MulAdd(w, value(0), s0);
-    if constexpr (kChannels > 1) s1 = hn::MulAdd(w, value(1), s1);
-    if constexpr (kChannels > 2) s2 = hn::MulAdd(w, value(2), s2);
-    if constexpr (kChannels > 3) s3 = hn::MulAdd(w, value(3), s3);
+  constexpr std::size_t kLanes = hn::MaxLanes(GmLanes());
+  GmSum total = gm_no_sum(d), weighted[kChannels];
+  for (GmSum& sum : weighted) sum = total;
+  for (std::size_t m = 0; m < padded(count); m += kGmPad) {
+    for (std::size_t i = 0; i < kGmParts; ++i) {
+      const GmVec w = gm_exp2(d, hn::Sub(hn::LoadU(d, gate + m + i * kLanes), hn::Set(d, best)));
+      const auto at = hn::LoadU(hn::RebindToSigned<GmLanes>(), index + m + i * kLanes);
+      total.part[i] = hn::Add(total.part[i], w);
+      for (std::size_t c = 0; c < kChannels; ++c) {
+        weighted[c].part[i] =
+            gm_mul_add(w, hn::GatherIndex(d, list + (GM_OUTPUT + c) * s, at), weighted[c].part[i]);
+      }
+    }
   }
-  const float inverse = 1.0f / hn::GetLane(hn::SumOfLanes(d, total));
-  out[0] = inverse * hn::GetLane(hn::SumOfLanes(d, s0));
-  if constexpr (kChannels > 1) out[1] = inverse * hn::GetLane(hn::SumOfLanes(d, s1));
-  if constexpr (kChannels > 2) out[2] = inverse * hn::GetLane(hn::SumOfLanes(d, s2));
-  if constexpr (kChannels > 3) out[3] = inverse * hn::GetLane(hn::SumOfLanes(d, s3));
+  const float inverse = 1.0f / gm_total(d, total);
+  for (std::size_t c = 0; c < kChannels; ++c) out[c] = inverse * gm_total(d, weighted[c]);
 }
 
 // One query over a list: logits to `gate`, what counts to `near` and `index`, the value to out.
@@ -253,14 +252,14 @@ HWY_INLINE void query_target(const GmField& field, const GmQuery& q, const float
     GmVec l = row(GM_HEIGHT);
     for (std::size_t n = 0; n < 2; ++n) {
       GmVec t = hn::Sub(hn::Set(d, n == 0 ? q.x : q.y), row(n));
-      t = hn::NegMulAdd(hv, hn::Set(d, q.directions.slope[n]), t);
-      t = hn::NegMulAdd(hl, hn::Set(d, q.directions.slope[2 + n]), t);
+      t = gm_mul_less(hv, hn::Set(d, q.directions.slope[n]), t);
+      t = gm_mul_less(hl, hn::Set(d, q.directions.slope[2 + n]), t);
       if (field.wraps) t = gm_short(d, t, n == 0 ? field.width : field.height);
-      l = hn::NegMulAdd(row(GM_SCALE + n), hn::Mul(t, t), l);
+      l = gm_mul_less(row(GM_SCALE + n), hn::Mul(t, t), l);
     }
     for (std::size_t n = 0; n < 4; ++n) {
       const GmVec t = hn::Sub(hn::Set(d, q.directions.angle[n]), row(2 + n));
-      l = hn::NegMulAdd(row(GM_SCALE + 2 + n), hn::Mul(t, t), l);
+      l = gm_mul_less(row(GM_SCALE + 2 + n), hn::Mul(t, t), l);
     }
     hn::StoreU(l, d, gate + m);
     most = hn::Max(most, l);

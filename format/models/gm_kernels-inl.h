@@ -27,18 +27,46 @@ namespace hn = hwy::HWY_NAMESPACE;
 using GmLanes = hn::CappedTag<float, kGmPad>;
 using GmVec = hn::Vec<GmLanes>;
 
-// 2^x as btfc_exp2, for x <= 126; fused, so that last places differ from the shared header's.
+// a b + c and c - a b, rounded twice: not all instruction sets have fused products, and what is decoded must
+// not tell them apart.
+HWY_INLINE GmVec gm_mul_add(GmVec a, GmVec b, GmVec c) { return hn::Add(hn::Mul(a, b), c); }
+HWY_INLINE GmVec gm_mul_less(GmVec a, GmVec b, GmVec c) { return hn::Sub(c, hn::Mul(a, b)); }
+
+// A sum of numbers that come kGmPad at a time, as that many partial sums whatever the lanes of a vector, and
+// these by halves: every instruction set rounds alike.
+constexpr std::size_t kGmParts = kGmPad / hn::MaxLanes(GmLanes());
+struct GmSum {
+  GmVec part[kGmParts];
+};
+HWY_INLINE GmSum gm_no_sum(GmLanes d) {
+  GmSum sum;
+  for (GmVec& part : sum.part) part = hn::Zero(d);
+  return sum;
+}
+HWY_INLINE float gm_total(GmLanes d, GmSum sum) {
+  for (std::size_t half = kGmParts / 2; half > 0; half /= 2) {
+    for (std::size_t i = 0; i < half; ++i) sum.part[i] = hn::Add(sum.part[i], sum.part[i + half]);
+  }
+  float lanes[hn::MaxLanes(GmLanes())];
+  hn::StoreU(sum.part[0], d, lanes);
+  for (std::size_t half = hn::MaxLanes(d) / 2; half > 0; half /= 2) {
+    for (std::size_t i = 0; i < half; ++i) lanes[i] += lanes[i + half];
+  }
+  return lanes[0];
+}
+
+// 2^x as btfc_exp2, for x <= 126.
 HWY_INLINE GmVec gm_exp2(GmLanes d, GmVec x) {
   const GmVec z = hn::Max(x, hn::Set(d, -126.0f));
   const GmVec whole = hn::Round(z);
   const GmVec f = hn::Sub(z, whole);
   GmVec p = hn::Set(d, 1.535336188319500e-4f);
-  p = hn::MulAdd(p, f, hn::Set(d, 1.339887440266574e-3f));
-  p = hn::MulAdd(p, f, hn::Set(d, 9.618437357674640e-3f));
-  p = hn::MulAdd(p, f, hn::Set(d, 5.550332471162809e-2f));
-  p = hn::MulAdd(p, f, hn::Set(d, 2.402264791363012e-1f));
-  p = hn::MulAdd(p, f, hn::Set(d, 6.931472028550421e-1f));
-  p = hn::MulAdd(p, f, hn::Set(d, 1.0f));
+  p = gm_mul_add(p, f, hn::Set(d, 1.339887440266574e-3f));
+  p = gm_mul_add(p, f, hn::Set(d, 9.618437357674640e-3f));
+  p = gm_mul_add(p, f, hn::Set(d, 5.550332471162809e-2f));
+  p = gm_mul_add(p, f, hn::Set(d, 2.402264791363012e-1f));
+  p = gm_mul_add(p, f, hn::Set(d, 6.931472028550421e-1f));
+  p = gm_mul_add(p, f, hn::Set(d, 1.0f));
   const hn::RebindToSigned<GmLanes> di;
   const auto exponent = hn::ShiftLeft<23>(hn::ConvertTo(di, whole));
   return hn::BitCast(d, hn::Add(hn::BitCast(di, p), exponent));
@@ -46,14 +74,14 @@ HWY_INLINE GmVec gm_exp2(GmLanes d, GmVec x) {
 
 // The short way round, |d| <= period / 2.
 HWY_INLINE GmVec gm_short(GmLanes d, GmVec x, float period) {
-  return hn::NegMulAdd(hn::Round(hn::Mul(x, hn::Set(d, 1.0f / period))), hn::Set(d, period), x);
+  return gm_mul_less(hn::Round(hn::Mul(x, hn::Set(d, 1.0f / period))), hn::Set(d, period), x);
 }
 
 // Takes from a logit's bounds what a distance of up to `half` to either side of |t| >= 0 costs.
 HWY_INLINE void gm_bound(GmLanes d, GmVec t, GmVec half, GmVec scale, GmVec& high, GmVec& low) {
   const GmVec near = hn::Max(hn::Sub(t, half), hn::Zero(d)), far = hn::Add(t, half);
-  high = hn::NegMulAdd(scale, hn::Mul(near, near), high);
-  low = hn::NegMulAdd(scale, hn::Mul(far, far), low);
+  high = gm_mul_less(scale, hn::Mul(near, near), high);
+  low = gm_mul_less(scale, hn::Mul(far, far), low);
 }
 
 // Moments over a tile of texels of what is known by its sums over columns and over rows; rows of components.
@@ -77,7 +105,7 @@ HWY_INLINE void gm_tile_moments(const GmTileMoments& t, std::size_t count, std::
         const GmVec weighted = hn::Mul(q, way);
         if (axis == 0) sum = hn::Add(sum, q);
         first = hn::Add(first, weighted);
-        second = hn::MulAdd(weighted, way, second);
+        second = gm_mul_add(weighted, way, second);
       }
       hn::StoreU(first, d, t.first + axis * t.stride + m);
       hn::StoreU(second, d, t.second + axis * t.stride + m);
@@ -143,12 +171,12 @@ HWY_INLINE std::size_t gm_select_box(const GmField& field, const GmRows& rows, c
     GmVec high = hn::LoadU(d, rows.row(GM_HEIGHT) + m), low = high;
     for (std::size_t n = 0; n < 2; ++n) {
       GmVec t = hn::Sub(hn::Set(d, n == 0 ? box.x : box.y), hn::LoadU(d, rows.row(n) + m));
-      t = hn::NegMulAdd(hv, hn::Set(d, box.middle.slope[n]), t);
-      t = hn::NegMulAdd(hl, hn::Set(d, box.middle.slope[2 + n]), t);
+      t = gm_mul_less(hv, hn::Set(d, box.middle.slope[n]), t);
+      t = gm_mul_less(hl, hn::Set(d, box.middle.slope[2 + n]), t);
       if (field.wraps) t = gm_short(d, t, n == 0 ? field.width : field.height);
       GmVec half = hn::Set(d, n == 0 ? box.half_x : box.half_y);
-      half = hn::MulAdd(hn::Abs(hv), hn::Set(d, box.half.slope[n]), half);
-      half = hn::MulAdd(hn::Abs(hl), hn::Set(d, box.half.slope[2 + n]), half);
+      half = gm_mul_add(hn::Abs(hv), hn::Set(d, box.half.slope[n]), half);
+      half = gm_mul_add(hn::Abs(hl), hn::Set(d, box.half.slope[2 + n]), half);
       const GmVec scale = hn::LoadU(d, rows.row(GM_SCALE + n) + m);
       gm_bound(d, hn::Abs(t), half, scale, high, low);
     }
@@ -182,14 +210,14 @@ HWY_INLINE std::size_t gm_select_pair(const GmField& field, const GmRows& rows, 
     GmVec high = hn::LoadU(d, rows.row(GM_HEIGHT) + m);
     for (std::size_t n = 0; n < 4; ++n) {
       const GmVec t = hn::Sub(hn::Set(d, box.middle.angle[n]), hn::LoadU(d, rows.row(2 + n) + m));
-      high = hn::NegMulAdd(hn::LoadU(d, rows.row(GM_SCALE + 2 + n) + m), hn::Mul(t, t), high);
+      high = gm_mul_less(hn::LoadU(d, rows.row(GM_SCALE + 2 + n) + m), hn::Mul(t, t), high);
     }
     hn::StoreU(high, d, base + m);
     GmVec low = high;
     for (std::size_t n = 0; n < 2; ++n) {
       GmVec mu = hn::LoadU(d, rows.row(n) + m);
-      mu = hn::MulAdd(hv, hn::Set(d, box.middle.slope[n]), mu);
-      mu = hn::MulAdd(hl, hn::Set(d, box.middle.slope[2 + n]), mu);
+      mu = gm_mul_add(hv, hn::Set(d, box.middle.slope[n]), mu);
+      mu = gm_mul_add(hl, hn::Set(d, box.middle.slope[2 + n]), mu);
       hn::StoreU(mu, d, (n == 0 ? place_x : place_y) + m);
       GmVec t = hn::Sub(hn::Set(d, n == 0 ? box.x : box.y), mu);
       if (field.wraps) t = gm_short(d, t, n == 0 ? field.width : field.height);
@@ -308,23 +336,24 @@ template <std::size_t kChannels>
 HWY_INLINE float gm_weigh(const float* values, std::size_t stride, std::size_t count, float most, float* gate,
                           float* sums) {
   const GmLanes d;
-  GmVec total = hn::Zero(d), s0 = total, s1 = total, s2 = total, s3 = total;
-  for (std::size_t m = 0; m < count; m += hn::Lanes(d)) {
-    const GmVec l = hn::Sub(hn::LoadU(d, gate + m), hn::Set(d, most));
-    // What lies 100 powers below adds nothing, and must not add 2^-126 times M.
-    const GmVec w = hn::IfThenElseZero(hn::Gt(l, hn::Set(d, -100.0f)), gm_exp2(d, l));
-    hn::StoreU(w, d, gate + m);
-    total = hn::Add(total, w);
-    s0 = hn::MulAdd(w, hn::LoadU(d, values + m), s0);
-    if constexpr (kChannels > 1) s1 = hn::MulAdd(w, hn::LoadU(d, values + stride + m), s1);
-    if constexpr (kChannels > 2) s2 = hn::MulAdd(w, hn::LoadU(d, values + 2 * stride + m), s2);
-    if constexpr (kChannels > 3) s3 = hn::MulAdd(w, hn::LoadU(d, values + 3 * stride + m), s3);
+  constexpr std::size_t kLanes = hn::MaxLanes(GmLanes());
+  GmSum total = gm_no_sum(d), weighted[kChannels];
+  for (GmSum& sum : weighted) sum = total;
+  for (std::size_t m = 0; m < count; m += kGmPad) {
+    for (std::size_t i = 0; i < kGmParts; ++i) {
+      const std::size_t at = m + i * kLanes;
+      const GmVec l = hn::Sub(hn::LoadU(d, gate + at), hn::Set(d, most));
+      // What lies 100 powers below adds nothing, and must not add 2^-126 times M.
+      const GmVec w = hn::IfThenElseZero(hn::Gt(l, hn::Set(d, -100.0f)), gm_exp2(d, l));
+      hn::StoreU(w, d, gate + at);
+      total.part[i] = hn::Add(total.part[i], w);
+      for (std::size_t c = 0; c < kChannels; ++c) {
+        weighted[c].part[i] = gm_mul_add(w, hn::LoadU(d, values + c * stride + at), weighted[c].part[i]);
+      }
+    }
   }
-  sums[0] = hn::GetLane(hn::SumOfLanes(d, s0));
-  if constexpr (kChannels > 1) sums[1] = hn::GetLane(hn::SumOfLanes(d, s1));
-  if constexpr (kChannels > 2) sums[2] = hn::GetLane(hn::SumOfLanes(d, s2));
-  if constexpr (kChannels > 3) sums[3] = hn::GetLane(hn::SumOfLanes(d, s3));
-  return hn::GetLane(hn::SumOfLanes(d, total));
+  for (std::size_t c = 0; c < kChannels; ++c) sums[c] = gm_total(d, weighted[c]);
+  return gm_total(d, total);
 }
 
 }  // namespace HWY_NAMESPACE

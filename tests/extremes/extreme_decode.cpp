@@ -1,0 +1,195 @@
+// Queries, threads and the processor's modes.
+#include "tests/extremes/extreme_decode.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <thread>
+
+#include "encoder/split_mix.h"
+
+#ifdef __SSE__
+#include <xmmintrin.h>
+#endif
+
+namespace btfc::test {
+namespace {
+
+// While one lives, its thread's denormal results and operands are 0.
+class FlushToZero {
+ public:
+  explicit FlushToZero(bool on) {
+#ifdef __SSE__
+    before_ = _mm_getcsr();
+    constexpr unsigned kFlush = 0x8000, kDenormalsAreZero = 0x0040;
+    if (on) _mm_setcsr(before_ | kFlush | kDenormalsAreZero);
+#else
+    static_cast<void>(on);
+#endif
+  }
+  ~FlushToZero() {
+#ifdef __SSE__
+    _mm_setcsr(before_);
+#endif
+  }
+  FlushToZero(const FlushToZero&) = delete;
+  FlushToZero& operator=(const FlushToZero&) = delete;
+
+ private:
+  [[maybe_unused]] unsigned before_ = 0;
+};
+
+constexpr btfc_directions kLooks[] = {{{0, 0, 1}, {0, 0, 1}, 1, 0},
+                                      {{0.3f, 0.2f, 0.7f}, {-0.4f, 0.5f, 0.3f}, 1, 0}};
+
+void measured(const btfc_texture* texture, SplitMix64& random, btfc_query& q) {
+  if (btfc_texture_views(texture) == 0) return;
+  btfc_texture_view(texture, static_cast<std::uint32_t>(random.below(btfc_texture_views(texture))), q.view);
+  btfc_texture_light(texture, static_cast<std::uint32_t>(random.below(btfc_texture_lights(texture))),
+                     q.light);
+}
+
+void towards(SplitMix64& random, double z, float (&d)[3]) {
+  const double phi = 6.283185307179586 * random.uniform(), r = std::sqrt(std::max(0.0, 1 - z * z));
+  d[0] = static_cast<float>(r * std::cos(phi));
+  d[1] = static_cast<float>(r * std::sin(phi));
+  d[2] = static_cast<float>(z);
+}
+
+void nothing(SplitMix64& random, float (&d)[3]) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  constexpr float kOdd[] = {
+      0.0f, std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity, 3e38f, -3e38f, 1e-45f};
+  for (float& c : d) c = kOdd[random.below(std::size(kOdd))];
+}
+
+struct Map {
+  std::uint32_t width, height, channels;
+};
+Map map_of(const btfc_texture* texture, std::uint32_t map) {
+  btfc_map_info info{};
+  btfc_texture_map_info(texture, map, &info);
+  return {btfc_texture_width(texture), btfc_texture_height(texture), info.channels};
+}
+
+void answer(const btfc_texture* texture, const btfc_query& query, float* values) {
+  btfc_eval(texture, nullptr, &query, sizeof query, 1, values, 4);
+}
+
+void row_of(const btfc_texture* texture, btfc_scratch* scratch, std::uint32_t map,
+            const btfc_directions& look, std::uint32_t y, float* values) {
+  const Map m = map_of(texture, map);
+  const std::size_t bytes = std::size_t{m.width} * m.channels * sizeof(float);
+  btfc_decode_rect(texture, scratch, map, &look, 0, static_cast<std::int32_t>(y), m.width, 1, BTFC_FLOAT32,
+                   values, bytes, bytes);
+}
+
+struct Row {
+  std::uint32_t map, y;
+  std::size_t look, first, count;
+};
+std::vector<Row> rows_of(const btfc_texture* texture) {
+  std::vector<Row> rows;
+  std::size_t first = 0;
+  for (std::uint32_t map = 0; map < btfc_texture_maps(texture); ++map) {
+    const Map m = map_of(texture, map);
+    for (std::size_t look = 0; look < std::size(kLooks); ++look) {
+      for (std::uint32_t y = 0; y < m.height; ++y) {
+        rows.push_back({map, y, look, first, std::size_t{m.width} * m.channels});
+        first += rows.back().count;
+      }
+    }
+  }
+  return rows;
+}
+
+bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
+}
+
+}  // namespace
+
+bool Answers::operator==(const Answers& other) const {
+  return same_bits(values, other.values) && same_bits(whole, other.whole);
+}
+
+std::vector<Query> queries_of(const btfc_texture* texture, std::size_t each) {
+  SplitMix64 random(3);
+  std::vector<Query> queries;
+  const std::uint32_t width = btfc_texture_width(texture), height = btfc_texture_height(texture);
+  for (std::size_t i = 0; i < each * std::size(kQueryKinds); ++i) {
+    Query q{i % std::size(kQueryKinds), {}};
+    q.query.x = static_cast<std::int32_t>(random.below(width));
+    q.query.y = static_cast<std::int32_t>(random.below(height));
+    q.query.map = static_cast<std::uint32_t>(i / std::size(kQueryKinds)) % btfc_texture_maps(texture);
+    measured(texture, random, q.query);
+    if (q.kind == 1) {
+      towards(random, 0.1 * random.uniform(), q.query.view);
+      towards(random, i % 2 == 0 ? 0 : 0.01 * random.uniform(), q.query.light);
+    }
+    if (q.kind == 2) {
+      towards(random, random.uniform(), q.query.view);
+      towards(random, -random.uniform(), q.query.light);
+    }
+    if (q.kind == 3) {
+      nothing(random, q.query.view);
+      nothing(random, q.query.light);
+    }
+    if (q.kind == 4) {
+      constexpr std::int32_t kEnds[] = {INT32_MIN, INT32_MIN + 1, INT32_MAX, INT32_MAX - 1, -1, 1 << 24};
+      q.query.x = kEnds[random.below(std::size(kEnds))];
+      q.query.y = kEnds[random.below(std::size(kEnds))];
+    }
+    queries.push_back(q);
+  }
+  return queries;
+}
+
+Asked ask(const Bytes& file, const std::vector<Query>& queries, bool flush_to_zero) {
+  Asked asked;
+  std::thread([&] {
+    const FlushToZero mode(flush_to_zero);
+    btfc_error error{};
+    const TexturePtr texture = load(file, &error);
+    if (!texture) {
+      asked.refusal = error.message;
+      return;
+    }
+    asked.answers = ask_on_threads(texture.get(), queries, 1);
+  }).join();
+  return asked;
+}
+
+Answers ask_on_threads(const btfc_texture* texture, const std::vector<Query>& queries, std::size_t threads) {
+  Answers out;
+  out.values.assign(4 * queries.size(), 0.0f);
+  const std::vector<Row> rows = rows_of(texture);
+  out.whole.assign(rows.empty() ? 0 : rows.back().first + rows.back().count, 0.0f);
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    btfc_scratch* scratch = btfc_scratch_new(texture);
+    for (std::size_t i; (i = next++) < queries.size() + rows.size();) {
+      if (i < queries.size()) {
+        answer(texture, queries[i].query, &out.values[4 * i]);
+      } else {
+        const Row& row = rows[i - queries.size()];
+        row_of(texture, scratch, row.map, kLooks[row.look], row.y, &out.whole[row.first]);
+      }
+    }
+    btfc_scratch_free(scratch);
+  };
+  if (threads == 1) {
+    work();  // in the caller's mode
+    return out;
+  }
+  std::vector<std::thread> all;
+  for (std::size_t t = 0; t < threads; ++t) all.emplace_back(work);
+  for (std::thread& t : all) t.join();
+  return out;
+}
+
+}  // namespace btfc::test

@@ -125,6 +125,34 @@ TEST_P(Memory, RunsOutAtAnyAllocation) {
               static_cast<unsigned long long>(all.asked), static_cast<unsigned long long>(refused));
 }
 
+// A scratch keeps tiles from call to call: a call that found no memory leaves it fit for the next.
+TEST_P(Memory, RunsOutBeforeAScratchIsUsedAgain) {
+  const Bytes file = smallest_vector(GetParam());
+  btfc_reader* reader = nullptr;
+  btfc_texture* texture = nullptr;
+  ASSERT_EQ(btfc_reader_open_memory(file.data(), file.size(), nullptr, &reader, nullptr), BTFC_OK);
+  ASSERT_EQ(btfc_texture_load(reader, nullptr, &texture, nullptr), BTFC_OK);
+  btfc_reader_free(reader);
+  btfc_scratch* scratch = btfc_scratch_new(texture);
+  const auto rect = [&](btfc_scratch* with, std::array<std::uint8_t, 8 * 8 * 16>& out) {
+    return btfc_decode_rect(texture, with, 0, nullptr, 0, 0, 8, 8, BTFC_FLOAT32, out.data(), 8 * 16,
+                            out.size());
+  };
+  std::array<std::uint8_t, 8 * 8 * 16> sound{}, out{};
+  ASSERT_EQ(rect(nullptr, sound), BTFC_OK);
+  btfc_result result = BTFC_OUT_OF_MEMORY;
+  for (std::uint64_t n = 0; result != BTFC_OK && n < 200; ++n) {
+    arm_allocations({n, false});
+    result = rect(scratch, out);
+    (void)disarm_allocations();
+    ASSERT_TRUE(result == BTFC_OK || result == BTFC_OUT_OF_MEMORY) << btfc_result_name(result);
+  }
+  EXPECT_EQ(rect(scratch, out), BTFC_OK);
+  EXPECT_EQ(out, sound);
+  btfc_scratch_free(scratch);
+  btfc_texture_free(texture);
+}
+
 TEST_P(Memory, RunsOutWhileVerifying) {
   const Bytes file = smallest_vector(GetParam());
   ASSERT_EQ(verify(file), BTFC_OK);

@@ -31,7 +31,7 @@ Bytes smallest_vector(const char* model) {
 
 // Everything that a user does with a file; calls that need what an earlier one did not give are left out.
 // No memory of its own: allocations are counted.
-struct Run {
+struct Use {
   std::array<btfc_result, 12> results{};
   std::size_t calls = 0;
   std::array<std::uint8_t, 8 * 8 * 16> rect{};
@@ -45,8 +45,8 @@ struct Run {
   }
 };
 
-Run use(const Bytes& file) {
-  Run run;
+Use use(const Bytes& file) {
+  Use run;
   btfc_error error{};
   btfc_reader* reader = nullptr;
   run.note(btfc_reader_open_memory(file.data(), file.size(), nullptr, &reader, &error));
@@ -92,7 +92,7 @@ class Memory : public testing::TestWithParam<const char*> {};
 
 TEST_P(Memory, RunsOutAtAnyAllocation) {
   const Bytes file = smallest_vector(GetParam());
-  const Run sound = use(file);  // what is made once a program is made here
+  const Use sound = use(file);  // what is made once a program is made here
   ASSERT_TRUE(sound.done());
   ASSERT_EQ(verify(file), BTFC_OK);
   arm_allocations();
@@ -105,19 +105,22 @@ TEST_P(Memory, RunsOutAtAnyAllocation) {
   for (std::uint64_t n = 0; n < all.asked; n += n < 400 ? 1 : 1 + all.asked / 64) {
     for (const bool all_that_follow : {false, true}) {
       arm_allocations({n, all_that_follow});
-      const Run run = use(file);
+      const Use run = use(file);
       const AllocationCount count = disarm_allocations();
       EXPECT_EQ(count.blocks, 0) << "allocation " << n << ": memory was lost";
       for (std::size_t i = 0; i < run.calls; ++i) {
         EXPECT_TRUE(run.results[i] == BTFC_OK || run.results[i] == BTFC_OUT_OF_MEMORY)
             << "allocation " << n << ", call " << i << ": " << btfc_result_name(run.results[i]);
       }
-      if (run.done()) EXPECT_EQ(run.rect, sound.rect);
-      if (!run.done()) ++refused;
+      if (run.done()) {
+        EXPECT_EQ(run.rect, sound.rect);
+      } else {
+        ++refused;
+      }
     }
   }
   EXPECT_GT(refused, 0u);
-  const Run again = use(file);
+  const Use again = use(file);
   EXPECT_TRUE(again.done());
   EXPECT_EQ(again.rect, sound.rect);
   EXPECT_EQ(again.value, sound.value);

@@ -115,7 +115,7 @@ def resume(btfc, base, rng, kills):
     folder.mkdir()
     said = []
     # refined keeps its state every 20 seconds, em after every iteration: the former where there is time.
-    for fit, iterations in (("em", 16), ("refined", 20000))[:2 if kills >= 5 else 1]:
+    for fit, iterations in (("em", 400), ("refined", 60000))[:2 if kills >= 5 else 1]:
         options = ["--components", "4", "--fit", fit, "--iterations", iterations]
         line = encode(btfc, folder, "knit", "gm", options, False)
         run(*line)
@@ -126,7 +126,7 @@ def resume(btfc, base, rng, kills):
         killed = 0
         for _ in range(kills):
             before = state.stat().st_mtime_ns if state.exists() else None
-            killed += kill_at(line, rng.uniform(0, 0.3), lambda: state.exists() and state.stat().st_mtime_ns != before)
+            killed += kill_at(line, rng.uniform(0, 0.05), lambda: state.exists() and state.stat().st_mtime_ns != before)
         run(*line)
         same = chunks((folder / OUTPUT).read_bytes()) == chunks(whole)
         assert same, f"gm --fit {fit}: other chunks after {killed} kills"

@@ -109,10 +109,13 @@ void FieldCache::tiles(const FieldParams& p, Content content, std::span<const st
     const float* own = factors.data() + m * d * plane;
     std::vector<float> values = content == Content::factors ? std::vector<float>(own, own + d * plane)
                                                             : deviations(p, missing[m], smoothest, own);
-    make_room(values.size() * sizeof(float), subspaces.size());
-    ages_.push_front(key(missing[m]));
-    bytes_ += values.size() * sizeof(float);
-    tiles_.emplace(key(missing[m]), Tile{std::move(values), ages_.begin()});
+    const std::size_t bytes = values.size() * sizeof(float);
+    make_room(bytes, subspaces.size());
+    // Both or neither where memory runs out: the age joins the others once the tile is there.
+    std::list<TileKey> age(1, key(missing[m]));
+    tiles_.emplace(key(missing[m]), Tile{std::move(values), age.begin()});
+    ages_.splice(ages_.begin(), age);
+    bytes_ += bytes;
   }
   for (std::size_t i = 0; i < subspaces.size(); ++i) out[i] = tiles_.at(key(subspaces[i])).values.data();
 }

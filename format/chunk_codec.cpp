@@ -77,7 +77,11 @@ Result<Bytes> decode_chunk(ByteView stored, Codec codec, std::uint64_t raw_bytes
   if (codec == Codec::raw) return Bytes(stored.begin(), stored.end());
   if (const char* fault = frame_fault(stored, raw_bytes)) return invalid("C1", 0, fault);
   Bytes raw(raw_bytes);
-  const std::size_t size = ZSTD_decompress(raw.data(), raw.size(), stored.data(), stored.size());
+  // A context of our own: want of memory is told from damage.
+  const std::unique_ptr<ZSTD_DCtx, size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
+  if (!context) return Error{Status::out_of_memory, "zstd could not allocate its context", "", 0};
+  const std::size_t size =
+      ZSTD_decompressDCtx(context.get(), raw.data(), raw.size(), stored.data(), stored.size());
   if (ZSTD_isError(size)) return invalid("C2", 0, "a zstd frame that does not decompress");
   if (size != raw_bytes) return invalid("C2", 0, "a zstd frame that decompresses to another size");
   return raw;

@@ -266,7 +266,9 @@ std::vector<Seed> read_seeds(std::vector<std::string> paths) {
   std::sort(files.begin(), files.end());
   std::vector<Seed> seeds;
   for (const std::string& file : files) {
-    Result<Seed> seed = read_seed(file);
+    Result<Bytes> bytes = read_file(file);
+    Result<Seed> seed =
+        bytes ? make_seed(file.substr(file.rfind('/') + 1), *std::move(bytes)) : Result<Seed>(bytes.error());
     if (seed) {
       seeds.push_back(*std::move(seed));
     } else {

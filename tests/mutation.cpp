@@ -3,8 +3,7 @@
 
 #include <algorithm>
 
-#include "encoder/output/atomic_file.h"
-#include "tests/test_support.h"
+#include "tests/damaged_file.h"
 
 namespace btfc::test {
 namespace {
@@ -113,10 +112,21 @@ const Bytes* find_raw(const std::vector<RawChunk>& chunks, std::uint32_t type) {
   return nullptr;
 }
 
-// A file that keeps the rules about sizes, with other parameters. Empty where no try gave one.
-Bytes reshape(Random& random, const Seed& seed) {
+}  // namespace
+
+std::uint64_t Random::next() {
+  state_ += 0x9e3779b97f4a7c15u;
+  std::uint64_t z = state_;
+  z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+  return z ^ z >> 31;
+}
+
+Bytes reshape(Random& random, const std::vector<RawChunk>& old) {
+  const Bytes *old_head = find_raw(old, kHead), *old_parm = find_raw(old, kParm);
+  if (old_head == nullptr || old_parm == nullptr) return {};
   for (int attempt = 0; attempt < 6; ++attempt) {
-    Bytes head_raw = *find_raw(seed.chunks, kHead), parm = *find_raw(seed.chunks, kParm);
+    Bytes head_raw = *old_head, parm = *old_parm;
     for (std::uint64_t n = random.below(4); n > 0; --n)
       edit_field(random, random.one_in(3) ? head_raw : parm);
     const Result<Head> head = read_head(head_raw);
@@ -130,12 +140,12 @@ Bytes reshape(Random& random, const Seed& seed) {
     if (size > kMostReshapedBytes) continue;
 
     std::vector<RawChunk> chunks;
-    for (const RawChunk& chunk : seed.chunks) {
+    for (const RawChunk& chunk : old) {
       if ((chunk.key.flags & kCritical) == 0 || chunk.key.type == kHead)
         chunks.push_back({chunk.key, chunk.key.type == kHead ? head_raw : chunk.raw});
     }
     for (const ChunkSpec& spec : layout->chunks)
-      chunks.push_back({spec.key, spec.key.type == kParm ? parm : refill(random, seed.chunks, spec)});
+      chunks.push_back({spec.key, spec.key.type == kParm ? parm : refill(random, old, spec)});
     for (std::uint64_t n = random.below(4); n > 0; --n) {
       RawChunk& chunk = chunks[random.below(chunks.size())];
       if (chunk.key.type != kHead && chunk.key.type != kParm && !chunk.raw.empty())
@@ -150,27 +160,15 @@ Bytes reshape(Random& random, const Seed& seed) {
   return {};
 }
 
-}  // namespace
-
-std::uint64_t Random::next() {
-  state_ += 0x9e3779b97f4a7c15u;
-  std::uint64_t z = state_;
-  z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-  return z ^ z >> 31;
-}
-
-Result<Seed> read_seed(const std::string& path) {
-  Result<Bytes> file = read_file(path);
-  if (!file) return file.error();
-  const Result<Done> verified = verify_bytes(*file);
+Result<Seed> make_seed(std::string name, Bytes file) {
+  const Result<Done> verified = verify_bytes(file);
   if (!verified) return verified.error();
-  const ByteView view(*file);
+  const ByteView view(file);
   const Result<Directory> directory = read_directory(source_of(view));
   if (!directory) return directory.error();
   Result<std::vector<RawChunk>> chunks = read_all_chunks(source_of(view), *directory);
   if (!chunks) return chunks.error();
-  return Seed{path.substr(path.rfind('/') + 1), *std::move(file), *std::move(chunks)};
+  return Seed{std::move(name), std::move(file), *std::move(chunks)};
 }
 
 Mutant mutate(const std::vector<Seed>& seeds, std::uint64_t run, std::uint64_t number) {
@@ -181,7 +179,7 @@ Mutant mutate(const std::vector<Seed>& seeds, std::uint64_t run, std::uint64_t n
   const std::uint64_t kind = random.below(4);
   if (kind == 3) {
     mutant.damage = Damage::reshaped;
-    mutant.file = reshape(random, seeds[mutant.seed]);
+    mutant.file = reshape(random, seeds[mutant.seed].chunks);
     if (!mutant.file.empty()) return mutant;
   }
   mutant.damage = kind < 2 ? Damage::bytes : Damage::repaired;

@@ -27,8 +27,8 @@ struct Seed {
   std::vector<RawChunk> chunks;
 };
 
-// Empty where the file is not valid.
-Result<Seed> read_seed(const std::string& path);
+// An error where the file is not valid.
+Result<Seed> make_seed(std::string name, Bytes file);
 
 enum class Damage {
   bytes,     // of the file as it lies, hashes left alone: what a disk or a network does
@@ -36,6 +36,10 @@ enum class Damage {
   reshaped   // HEAD and PARM changed, chunks resized to what their formulas then ask for
 };
 inline constexpr int kDamageKinds = 3;
+
+// A file of these chunks that keeps the rules about sizes, with other parameters. Empty where no try gave
+// one.
+Bytes reshape(Random& random, const std::vector<RawChunk>& chunks);
 
 struct Mutant {
   Bytes file;

@@ -12,7 +12,7 @@
 #include "btfc/btfc.hpp"
 #include "encoder/image.h"
 #include "encoder/model_table.h"
-#include "format/container.h"
+#include "tests/damaged_file.h"
 #include "tools/texture_file.h"
 
 namespace btfc::test {
@@ -38,10 +38,6 @@ FitResult fit(const char* model, const Image& image, const OptionValues& options
 // Every committed vector of a model; each model has some.
 std::vector<std::filesystem::path> vectors_of(const char* model);
 
-ByteSource source_of(const ByteView& bytes);
-Result<OpenedFile> open_bytes(const Bytes& file);
-Result<Done> verify_bytes(const Bytes& file);
-
 // How far decoders of an unbounded file may be from what it stands for, as its PARM says (spec/models/car.md
 // 1); 0 of all other files.
 double stated_error(const Bytes& file);
@@ -51,21 +47,5 @@ TexturePtr load(const Bytes& file, btfc_error* error = nullptr);
 
 // All maps' codes as a decoder gives them.
 std::vector<Image> decode(const Bytes& file);
-
-// Makes every hash of a damaged file right again, so that the damage reaches the code behind the hashes.
-// Chunks that do not decompress keep their hash. Offsets and sizes are used as they stand, where they lie
-// inside the file.
-void repair_hashes(Bytes& file);
-
-// Recomputes offsets, file_bytes, payload_bytes and all hashes from edited chunks and entries.
-struct Parts {
-  Header header;
-  std::vector<IndexEntry> entries;
-  std::vector<Bytes> stored;
-};
-Parts take_apart(const Bytes& file);
-// Lays the parts out canonically, as they are: entries keep their fields but offset, stored_bytes and
-// raw_hash of raw chunks.
-Bytes put_together(const Parts& parts);
 
 }  // namespace btfc::test

@@ -101,7 +101,7 @@ Result<FieldShape> read_field_parm(const Head& head, ByteView raw) {
   const bool torus = s.kind == FieldKind::gmrf;
   if (torus ? s.torus_log2 + 1 < s.levels || s.torus_log2 > kFieldMostTorusLog2 : s.torus_log2 != 0)
     return wrong("torus_log2", s.torus_log2, torus ? "levels - 1 to 11" : "0");
-  for (const std::size_t i : {21, 22, 23}) {
+  for (std::size_t i = 21; i < 24; ++i) {
     if (raw[i] != 0) return wrong("reserved", raw[i], "0");
   }
   for (std::uint32_t l = 0; l < kFieldMostLevels; ++l) {

@@ -1,0 +1,126 @@
+// btfc_fuzz_seeds VECTORS OUT: inputs to begin with for every fuzz target, one folder each, made of the
+// vectors: btfc_fuzz_seeds tests/vectors /tmp/seeds.
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "tests/fuzz/fuzz_input.h"
+#include "tests/mutation.h"
+
+namespace btfc::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+Bytes read_whole(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return Bytes(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+}
+
+void write_seed(const fs::path& folder, const std::string& name, const Bytes& bytes) {
+  fs::create_directories(folder);
+  std::ofstream(folder / name, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+void append(Bytes& to, ByteView more) { to.insert(to.end(), more.begin(), more.end()); }
+
+void append_u16(Bytes& to, std::size_t value) {
+  to.push_back(static_cast<std::uint8_t>(value));
+  to.push_back(static_cast<std::uint8_t>(value >> 8));
+}
+
+// HEAD, PARM and all other critical chunks in canonical order, as fuzz_params takes them.
+Bytes parameters_of(const Seed& seed) {
+  Bytes head, parm, contents;
+  for (const RawChunk& chunk : seed.chunks) {
+    if ((chunk.key.flags & kCritical) == 0) continue;
+    append(chunk.key.type == kHead ? head : chunk.key.type == kParm ? parm : contents, chunk.raw);
+  }
+  Bytes input;
+  append_u16(input, head.size());
+  append_u16(input, parm.size());
+  input.push_back(0);
+  append(input, head);
+  append(input, parm);
+  append(input, contents);
+  return input;
+}
+
+// Chunks as they lie in the file, and their raw bytes for the other parts of fuzz_chunk.
+void write_chunks(const fs::path& folder, const Seed& seed, const Bytes& file) {
+  const ByteView view(file);
+  const Result<Directory> directory = read_directory(memory_source(&view));
+  for (std::size_t i = 0; i < directory->entries.size(); ++i) {
+    const IndexEntry& entry = directory->entries[i];
+    const std::string name = seed.name + "." + std::to_string(i) + type_name(entry.key.type);
+    Bytes stored = {0, static_cast<std::uint8_t>(entry.codec == Codec::raw ? 8 : 1), 0, 0, 0, 0};
+    store_u32(&stored[2], static_cast<std::uint32_t>(entry.raw_bytes));
+    append(stored, view.subspan(entry.offset, entry.stored_bytes));
+    write_seed(folder, name + ".stored", stored);
+    Bytes raw = {entry.key.type == kMeta ? std::uint8_t{2} : std::uint8_t{1}, 2, 1, 0, 0, 0};
+    append(raw, seed.chunks[i].raw);
+    write_seed(folder, name + ".raw", raw);
+    raw[0] = 3;
+    raw[1] = static_cast<std::uint8_t>(i % 3);
+    write_seed(folder, name + ".rows", raw);
+  }
+}
+
+int run(const fs::path& vectors, const fs::path& out) {
+  std::vector<fs::path> paths;
+  for (const auto& entry : fs::recursive_directory_iterator(vectors)) {
+    if (entry.path().extension() == ".btfc") paths.push_back(entry.path());
+  }
+  std::sort(paths.begin(), paths.end());
+  Random random(1);
+  for (const fs::path& path : paths) {
+    const std::string name = path.parent_path().filename().string() + "." + path.stem().string();
+    const Result<Seed> seed = make_seed(name, read_whole(path));
+    if (!seed) {
+      std::fprintf(stderr, "'%s' is left out: %s\n", path.c_str(), seed.error().message.c_str());
+      continue;
+    }
+    // The file packed both ways, with several sets of choices behind it.
+    for (const Codec codec : {Codec::raw, Codec::zstd}) {
+      PackOptions options;
+      options.codec = codec;
+      options.align_log2 = codec == Codec::raw ? 4 : 6;
+      const Result<Bytes> packed = pack_file(seed->chunks, options);
+      if (!packed) continue;
+      const std::string packed_name = name + (codec == Codec::raw ? ".raw" : ".zstd");
+      for (int n = 0; n < 4; ++n) {
+        Bytes choices(fuzz::kChoiceBytes);
+        for (std::uint8_t& choice : choices)
+          choice = n == 0 ? std::uint8_t{0} : static_cast<std::uint8_t>(random.next());
+        Bytes input = *packed;
+        append(input, choices);
+        for (const char* target : {"decode", "api"})
+          write_seed(out / target, packed_name + "." + std::to_string(n), input);
+        if (n == 0) {
+          for (const char* target : {"open", "differential"}) write_seed(out / target, packed_name, input);
+        }
+      }
+    }
+    write_seed(out / "params", name, parameters_of(*seed));
+    write_chunks(out / "chunk", *seed, seed->file);
+    // What fuzz_round_trip makes of any bytes is an input: the samples' own.
+    Bytes bytes = {static_cast<std::uint8_t>(random.next())};
+    append(
+        bytes,
+        ByteView(seed->chunks.back().raw).first(std::min<std::size_t>(seed->chunks.back().raw.size(), 256)));
+    write_seed(out / "round_trip", name, bytes);
+  }
+  return paths.empty() ? 1 : 0;
+}
+
+}  // namespace
+}  // namespace btfc::test
+
+int main(int argc, char** argv) {
+  if (argc == 3) return btfc::test::run(argv[1], argv[2]);
+  std::fprintf(stderr, "usage: btfc_fuzz_seeds VECTORS OUT\n");
+  return 1;
+}

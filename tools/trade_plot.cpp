@@ -77,7 +77,8 @@ std::string model_class(const ModelFormat& model) {
 
 // Each model has a shape of its own too, for those to whom colours are alike.
 std::string plot_mark(const ModelFormat& model, double x, double y, double r) {
-  switch (static_cast<std::uint32_t>(model.id) % 4) {
+  const std::uint32_t shape = static_cast<std::uint32_t>(model.id) % 4;
+  switch (shape) {
     case 0:
       return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"", x, y, r);
     case 1:

@@ -1028,7 +1028,7 @@ class SceneTest(CommandTest):
         figures = {}
         for name, path in (("scene", out), ("whole", whole)):
             told, _ = self.noted("compare", broken, path, "--scene", scene, "--json")
-            self.assertEqual((told["pairs"], told["weighted"]), (8, False))
+            self.assertEqual((told["pairs"], "weighted" in told), (8, False))
             figures[name] = told["psnr_db"] or 99
         self.assertGreater(figures["scene"], figures["whole"])
         # Decoding outside says so and answers.

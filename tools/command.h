@@ -89,6 +89,7 @@ Verb add_copy(CLI::App& app);
 Verb add_convert(CLI::App& app);
 Verb add_render(CLI::App& app);
 Verb add_tradeoff(CLI::App& app);
+Verb add_scene(CLI::App& app);
 Verb add_models(CLI::App& app);
 
 }  // namespace btfc

@@ -5,9 +5,6 @@
 
 #include "tools/command.h"
 
-namespace btfc {
-Verb add_scene(CLI::App& app);
-}
 namespace {
 
 using namespace btfc;

@@ -65,9 +65,10 @@ using Coordinate = std::function<std::optional<double>(const TradePoint&)>;
 std::vector<std::size_t> trade_front(const std::vector<TradePoint>& points, const Coordinate& x,
                                      const Coordinate& y);
 
-// The point of least y among those with x at most `most`; nothing where there is none.
+// The point of least y among those with x at most `most`; of those that are as good within `tolerance` the
+// one of the smallest payload. Nothing where there is none.
 std::optional<std::size_t> winner(const std::vector<TradePoint>& points, const Coordinate& x,
-                                  const Coordinate& y, double most);
+                                  const Coordinate& y, double most, double tolerance);
 
 // Coordinates.
 std::optional<double> payload_of(const TradePoint& point);

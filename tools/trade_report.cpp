@@ -7,6 +7,8 @@ namespace btfc {
 namespace {
 
 constexpr std::uint64_t kBytes[] = {8 << 10, 16 << 10, 64 << 10, 256 << 10, 1 << 20};
+// What is as good: then the smaller payload counts.
+constexpr double kAlikeDb = 0.05, kAlikeDistance = 0.01;
 constexpr std::uint64_t kOperations[] = {100, 300, 1000, 3000, 10000};
 
 Json number(const std::optional<double>& v) { return v ? Json(*v) : Json(); }
@@ -113,10 +115,10 @@ TradeSummary summary_of(const Trade& trade) {
   const auto winners = [&](const Coordinate& x, std::span<const std::uint64_t> bounds) {
     std::vector<TradeSummary::Winner> list;
     for (const std::uint64_t most : bounds) {
-      const auto best = [&](const Coordinate& y) {
-        return winner(trade.points, x, y, static_cast<double>(most));
+      const auto best = [&](const Coordinate& y, double alike) {
+        return winner(trade.points, x, y, static_cast<double>(most), alike);
       };
-      list.push_back({most, best(texel_error), best(texture_error)});
+      list.push_back({most, best(texel_error, kAlikeDb), best(texture_error, kAlikeDistance)});
     }
     return list;
   };

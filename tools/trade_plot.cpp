@@ -75,21 +75,33 @@ std::string model_class(const ModelFormat& model) {
   return fmt::format("m{}", static_cast<std::uint32_t>(model.id) % kModelCount);
 }
 
-// Each model has a shape of its own too, for those to whom colours are alike.
+namespace {
+
+// Elements that are still open, of about the radius r.
+std::string circle(double x, double y, double r) {
+  return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"", x, y, r);
+}
+std::string square(double x, double y, double r) {
+  return fmt::format("<path d=\"M{:.1f} {:.1f}h{:.1f}v{:.1f}h{:.1f}z\"", x - 0.9 * r, y - 0.9 * r, 1.8 * r,
+                     1.8 * r, -1.8 * r);
+}
+std::string triangle(double x, double y, double r) {
+  return fmt::format("<path d=\"M{:.1f} {:.1f}l{:.1f} {:.1f}h{:.1f}z\"", x, y - 1.15 * r, 1.15 * r, 2 * r,
+                     -2.3 * r);
+}
+std::string diamond(double x, double y, double r) {
+  const double s = 1.25 * r;
+  return fmt::format("<path d=\"M{:.1f} {:.1f}l{:.1f} {:.1f}l{:.1f} {:.1f}l{:.1f} {:.1f}z\"", x, y - s, s, s,
+                     -s, s, -s, -s);
+}
+
+constexpr std::string (*kMarks[])(double x, double y, double r) = {circle, square, triangle, diamond};
+
+}  // namespace
+
+// Each model has a shape of its own beside its colour, for those to whom colours are alike.
 std::string plot_mark(const ModelFormat& model, double x, double y, double r) {
-  switch (static_cast<std::uint32_t>(model.id) % 4) {
-    case 0:
-      return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"", x, y, r);
-    case 1:
-      return fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\"", x - r * .9,
-                         y - r * .9, 1.8 * r, 1.8 * r);
-    case 2:
-      return fmt::format("<path d=\"M{:.1f} {:.1f}l{:.1f} {:.1f}h{:.1f}z\"", x, y - 1.15 * r, 1.15 * r, 2 * r,
-                         -2.3 * r);
-    default:
-      return fmt::format("<path d=\"M{:.1f} {:.1f}l{:.1f} {:.1f}l{:.1f} {:.1f}l{:.1f} {:.1f}z\"", x,
-                         y - 1.25 * r, 1.25 * r, 1.25 * r, -1.25 * r, 1.25 * r, -1.25 * r, -1.25 * r);
-  }
+  return kMarks[static_cast<std::uint32_t>(model.id) % std::size(kMarks)](x, y, r);
 }
 
 std::string trade_plot(const std::vector<TradePoint>& points, const TradePlot& plot) {

@@ -20,10 +20,7 @@ namespace {
 const FileExchange kPtmFiles = {"ptm", ptm_import, ptm_export};
 
 // The random fields. An image has one subspace, whatever the clusters.
-constexpr const char* kFieldLadder[] = {
-    "",           "--clusters 4", "--clusters 16", "--order 24",
-    "--levels 6", "--knots 0",    "--clusters 32", "--precision f32",
-};
+constexpr const char* kFieldLadder[] = {"", "--clusters 4", "--clusters 16", "--order 24", "--knots 0"};
 template <ModelId id>
 Fitter field_row() {
   Fitter row{.id = id,
@@ -55,9 +52,7 @@ constexpr const char* kGmLadder[] = {
     "--iterations 1000 --components 2400",
 };
 constexpr const char* kPtmLadder[] = {"--precision u8", "--precision f16", "--precision f32"};
-constexpr const char* kPlmLadder[] = {"--precision u8", "--precision u8 --clusters 64",
-                                      "--precision u8 --clusters 256", "--precision u8 --clusters 16",
-                                      "--precision f16"};
+constexpr const char* kPlmLadder[] = {"--precision u8", "--precision u8 --clusters 64", "--precision f16"};
 constexpr const char* kPcarfLadder[] = {"--precision u8 --rank 12", "--precision f16 --rank 12"};
 constexpr const char* kPcaLadder[] = {"--precision u8 --rank 40", "--precision f16 --rank 40"};
 constexpr const char* kLpcaLadder[] = {

@@ -240,8 +240,10 @@ Result<std::string> trade_page(const Trade& trade, const TradeSummary& s, const 
     page += table_row(trade.points[i], i, best, distances, shader) + '\n';
   }
   page += "</table></div>\n";
-  if (!trade.left_out.empty()) {
+  if (!trade.left_out.empty() || !trade.no_time.empty()) {
     page += "<h2>Left out</h2>\n";
+    if (!trade.no_time.empty())
+      page += "<p>No time left for: " + escaped(fmt::format("{}", fmt::join(trade.no_time, "; "))) + "</p>\n";
     for (const std::string& line : trade.left_out) page += "<p>" + escaped(line) + "</p>\n";
   }
   return page + "</html>\n";

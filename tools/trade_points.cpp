@@ -61,7 +61,7 @@ Result<Trade> run_trade(const FitInput& input, const Reference& reference, const
       const ModelFormat& model = *find_model(id);
       const std::string line = fit.ladder[step], name = fmt::format("{} {}", model.name, line);
       if (options.minutes > 0 && seconds_since(begin) > 60 * options.minutes) {
-        trade.left_out.push_back(fmt::format("{}: no time left", name));
+        trade.no_time.push_back(name);
         continue;
       }
       if (options.note) options.note(fmt::format("{:6.0f} s  {}", seconds_since(begin), name));

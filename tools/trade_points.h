@@ -32,7 +32,8 @@ struct TradeFile {
 struct Trade {
   std::vector<TradePoint> points;
   std::vector<TradeFile> files;
-  std::vector<std::string> left_out;  // settings that could not be fitted or for which there was no time
+  // Settings that could not be fitted, with the reason, and those for which there was no time.
+  std::vector<std::string> left_out, no_time;
 };
 
 struct TradeOptions {

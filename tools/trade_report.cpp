@@ -145,6 +145,7 @@ std::string trade_text(const Trade& trade, const TradeSummary& s) {
   for (const auto& w : s.by_operations)
     text += fmt::format("\nat most {:>5} operations: {}", w.most, winner_text(trade, w));
   for (const std::string& line : trade.left_out) text += "\nleft out: " + line;
+  if (!trade.no_time.empty()) text += fmt::format("\nno time left for: {}", fmt::join(trade.no_time, "; "));
   return text + fmt::format("\n{:.1f} minutes", s.seconds / 60);
 }
 
@@ -161,7 +162,8 @@ Json trade_json(const Trade& trade, const TradeSummary& s) {
           {"winners",
            {{"bytes", winners_json(s.by_bytes, "bytes")},
             {"operations", winners_json(s.by_operations, "operations")}}},
-          {"left_out", trade.left_out}};
+          {"left_out", trade.left_out},
+          {"no_time", trade.no_time}};
 }
 
 std::string bytes_text(std::uint64_t bytes) {

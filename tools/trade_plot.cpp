@@ -31,7 +31,7 @@ std::string tick_text(double v, bool bytes) {
   return bytes ? bytes_text(static_cast<std::uint64_t>(std::llround(v))) : fmt::format("{:g}", v);
 }
 
-// Ticks of the logarithmic axis: powers of 4 of bytes, else 1, 2 and 5 times powers of ten, thinned.
+// Ticks of the logarithmic axis: powers of 4 of bytes, else so many a power of ten as there is room for.
 std::vector<double> log_ticks(const Axis& x, bool bytes) {
   std::vector<double> ticks;
   const double low = std::pow(10, x.low), high = std::pow(10, x.high);
@@ -41,11 +41,14 @@ std::vector<double> log_ticks(const Axis& x, bool bytes) {
     }
     return ticks;
   }
-  const bool wide = x.high - x.low > 3;
+  const double span = x.high - x.low;
+  const std::vector<double> steps = span > 3     ? std::vector<double>{1}
+                                    : span > 0.8 ? std::vector<double>{1, 2, 5}
+                                                 : std::vector<double>{1, 1.5, 2, 3, 4, 5, 6, 7, 8, 9};
   for (double power = std::floor(x.low); power <= x.high; ++power) {
-    for (const double m : {1.0, 2.0, 5.0}) {
+    for (const double m : steps) {
       const double v = m * std::pow(10, power);
-      if (v >= low && v <= high && (!wide || m == 1)) ticks.push_back(v);
+      if (v >= low && v <= high) ticks.push_back(v);
     }
   }
   return ticks;

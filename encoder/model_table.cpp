@@ -33,15 +33,16 @@ Fitter field_row() {
   return row;
 }
 
-// The ladders. Of pca, pcarf and lpca a fit of rank k shows every rank below it.
+// The ladders. Of patch: textures of about 512 x 512. Of pca, pcarf and lpca a fit of rank k shows every rank
+// below it.
 constexpr const char* kPatchLadder[] = {
-    "--sample auto --sample-size 128x128 --wb 48",
-    "--sample auto --sample-size 64x64 --wb 24",
-    "--sample auto --sample-size 256x256 --wb 64",
-    "--sample auto --sample-size 128x128 --wb 48 --blend liang",
-    "--sample auto --sample-size 128x128 --wb 32",
-    "--sample auto --sample-size 128x128 --wb 64",
-    "--sample auto --sample-size 128x128 --wb 48 --pack rgba8",
+    "--sample auto --sample-size 128x128 --wb 48 --k 13",
+    "--sample auto --sample-size 64x64 --wb 24 --k 26",
+    "--sample auto --sample-size 256x256 --wb 64 --k 9",
+    "--sample auto --sample-size 128x128 --wb 48 --k 13 --blend liang",
+    "--sample auto --sample-size 128x128 --wb 32 --k 19",
+    "--sample auto --sample-size 128x128 --wb 64 --k 9",
+    "--sample auto --sample-size 128x128 --wb 48 --k 13 --pack rgba8",
 };
 constexpr const char* kGmLadder[] = {
     "--iterations 2000 --components 256",

@@ -135,11 +135,11 @@ std::string trade_text(const Trade& trade, const TradeSummary& s) {
       "full", "batch", "gpu full", "gpu rand", "ops", "reads");
   for (std::size_t i = 0; i < trade.points.size(); ++i)
     text += '\n' + row(trade.points[i], has(s.size_front, i), has(s.speed_front, i));
-  text += fmt::format(
-      "\nErrors over {} of {} pairs, SSIM and FLIP over {}. full, batch, gpu: over raw look-ups of the same "
-      "run. "
-      "front: s of size, v of speed.",
-      s.measured_pairs, s.pairs, s.looked_at_pairs);
+  if (s.pairs > 1) {
+    text += fmt::format("\nErrors over {} of {} pairs, SSIM and FLIP over {}.", s.measured_pairs, s.pairs,
+                        s.looked_at_pairs);
+  }
+  text += "\nfull, batch, gpu: over raw look-ups of the same run. front: s of size, v of speed.";
   for (const auto& w : s.by_bytes)
     text += fmt::format("\nat most {:>7}: {}", bytes_text(w.most), winner_text(trade, w));
   for (const auto& w : s.by_operations)

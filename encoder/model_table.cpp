@@ -20,9 +20,7 @@ namespace {
 const FileExchange kPtmFiles = {"ptm", ptm_import, ptm_export};
 
 // The random fields. An image has one subspace, whatever the clusters.
-constexpr const char* kFieldLadder[] = {
-    "", "--clusters 4", "--clusters 16", "--order 24", "--levels 6", "--knots 0", "--clusters 32", "--precision f32",
-};
+constexpr const char* kFieldLadder[] = {"", "--clusters 4", "--clusters 16", "--order 24", "--knots 0"};
 template <ModelId id>
 Fitter field_row() {
   Fitter row{.id = id,
@@ -35,28 +33,27 @@ Fitter field_row() {
   return row;
 }
 
-// The ladders. Of pca, pcarf and lpca a fit of rank k shows every rank below it.
+// The ladders. Of patch: textures of about 512 x 512. Of pca, pcarf and lpca a fit of rank k shows every rank
+// below it.
 constexpr const char* kPatchLadder[] = {
-    "--sample auto --sample-size 128x128 --wb 48",
-    "--sample auto --sample-size 64x64 --wb 24",
-    "--sample auto --sample-size 256x256 --wb 64",
-    "--sample auto --sample-size 128x128 --wb 48 --blend liang",
-    "--sample auto --sample-size 128x128 --wb 32",
-    "--sample auto --sample-size 128x128 --wb 64",
-    "--sample auto --sample-size 128x128 --wb 48 --pack rgba8",
+    "--sample auto --sample-size 128x128 --wb 48 --k 13",
+    "--sample auto --sample-size 64x64 --wb 24 --k 26",
+    "--sample auto --sample-size 256x256 --wb 64 --k 9",
+    "--sample auto --sample-size 128x128 --wb 48 --k 13 --blend liang",
+    "--sample auto --sample-size 128x128 --wb 32 --k 19",
+    "--sample auto --sample-size 128x128 --wb 64 --k 9",
+    "--sample auto --sample-size 128x128 --wb 48 --k 13 --pack rgba8",
 };
 constexpr const char* kGmLadder[] = {
-    "--components 256 --iterations 3000",
-    "--components 1024 --iterations 2000",
-    "--components 64 --iterations 3000 --mean-rank 2",
-    "--components 512 --iterations 2000 --gates 8",
-    "--components 256 --iterations 3000 --precision f16",
-    "--components 2400 --iterations 1200",
+    "--iterations 2000 --components 256",
+    "--iterations 2000 --components 1024",
+    "--iterations 2000 --components 64",
+    "--iterations 2000 --components 256 --gates 8",
+    "--iterations 2000 --components 32 --mean-rank 2",
+    "--iterations 1000 --components 2400",
 };
 constexpr const char* kPtmLadder[] = {"--precision u8", "--precision f16", "--precision f32"};
-constexpr const char* kPlmLadder[] = {"--precision u8", "--precision u8 --clusters 64",
-                                      "--precision u8 --clusters 256", "--precision u8 --clusters 16",
-                                      "--precision f16"};
+constexpr const char* kPlmLadder[] = {"--precision u8", "--precision u8 --clusters 64", "--precision f16"};
 constexpr const char* kPcarfLadder[] = {"--precision u8 --rank 12", "--precision f16 --rank 12"};
 constexpr const char* kPcaLadder[] = {"--precision u8 --rank 40", "--precision f16 --rank 40"};
 constexpr const char* kLpcaLadder[] = {
@@ -85,16 +82,19 @@ const Fitter kFitters[] = {
      .options = kPtmFitOptions,
      .fit = ptm_fit,
      .exchange = &kPtmFiles,
+     .views_apart = true,
      .ladder = kPtmLadder},
     {.id = ModelId::plm,
      .input = InputKind::dataset,
      .options = kPlmFitOptions,
      .fit = plm_fit,
+     .views_apart = true,
      .ladder = kPlmLadder},
     {.id = ModelId::pcarf,
      .input = InputKind::dataset,
      .options = kPcarfFitOptions,
      .fit = pcarf_fit,
+     .views_apart = true,
      .ladder = kPcarfLadder,
      .dial = "rank"},
     {.id = ModelId::pca,

@@ -76,6 +76,9 @@ struct Fitter {
   bool reconstructs = false;               // knows FitSettings::reconstruct_missing
   // Whether a decoded texel stands for the original's at its place: then errors texel by texel say something.
   bool keeps_texels = true;
+  // Whether each view is fitted on its own: then some views with all their lights stand for the whole, and
+  // not some pairs of all views.
+  bool views_apart = false;
   // Settings worth trying against each other, as they are given to `btfc encode`, the most telling first:
   // what `btfc tradeoff` and --model auto fit. What a decoder can choose itself (levels, gates) needs no line
   // of its own: one fit shows all of it. Default: the model's own defaults alone.

@@ -95,8 +95,10 @@ std::optional<Error> point_fault(const char* what, std::span<const DirectionPoin
   std::set<DirectionPoint> seen;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto [x, y] = points[i];
-    const std::int64_t length = std::int64_t{x} * x + std::int64_t{y} * y;
-    if (length > std::int64_t{kPointUnit} * kPointUnit || std::abs(std::int64_t{x}) > kPointUnit) {
+    // Each by itself first: two squares of -2^31 do not fit together.
+    const auto far = [](std::int32_t v) { return v < -kPointUnit || v > kPointUnit; };
+    if (far(x) || far(y) ||
+        std::int64_t{x} * x + std::int64_t{y} * y > std::int64_t{kPointUnit} * kPointUnit) {
       return invalid("V3", 0,
                      fmt::format("{} {} of DIRS is ({}, {}), expected a point within 2^24 of the origin",
                                  what, i, x, y));

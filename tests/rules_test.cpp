@@ -8,6 +8,7 @@
 #include <set>
 
 #include "format/chunk_codec.h"
+#include "format/domain.h"
 #include "format/models/patch_payload.h"
 #include "tests/test_support.h"
 

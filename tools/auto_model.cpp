@@ -15,7 +15,7 @@
 namespace btfc {
 namespace {
 
-constexpr std::size_t kSampleViews = 12;
+constexpr std::size_t kSampleViews = 12, kSamplePairs = 1000;
 constexpr std::uint32_t kSampleSide = 128;
 constexpr std::size_t kLadderSteps = 3, kMostFits = 4;
 constexpr double kNearDb = 0.5;
@@ -262,8 +262,8 @@ Result<AutomaticFit> Search::run() {
     const Fitted& f = fits_.back();
     out.text += fmt::format("fitted {}: {}; predicted {}\n", name(best), describe(f.measured),
                             describe(best.expected));
-    const bool near = target_.kind != TargetKind::psnr || f.measured.quality <= target_.value + kNearDb;
-    if (good_enough(f.measured, target_) && near) break;
+    const bool near = target_.kind == TargetKind::psnr && f.measured.quality <= target_.value + kNearDb;
+    if (near && good_enough(f.measured, target_)) break;
   }
   const std::optional<std::size_t> best = chosen();
   if (!best) {
@@ -329,45 +329,55 @@ Result<AutomaticFit> fit_automatically(const FitInput& input, const FitSettings&
         "--psnr: the models of images do not keep texels in place, so that PSNR says nothing of them; take "
         "--bytes or --decode-cost, for which the distance of textures decides");
   }
-  TradeOptions options;
-  for (const ModelFormat& model : models()) {
-    const Fitter& fit = fitter(model.id);
-    // Of a data set only what reproduces its images; of an image there is no such model.
-    if (takes(fit, input) && fit.keeps_texels == (input.dataset != nullptr))
-      options.models.push_back(model.id);
-  }
-  options.seed = settings.seed;
-  options.threads = settings.threads;
-  options.steps = kLadderSteps;
-  options.measure = {.rate_seconds = 0};
-  options.note = settings.note;
+  std::vector<SettingFamily> families;
+  std::size_t sample_pairs = 0;
+  for (const bool views_apart : {false, true}) {
+    TradeOptions options;
+    for (const ModelFormat& model : models()) {
+      const Fitter& fit = fitter(model.id);
+      // Of a data set only what reproduces its images; of an image there is no such model.
+      if (takes(fit, input) && fit.keeps_texels == (input.dataset != nullptr) &&
+          fit.views_apart == views_apart)
+        options.models.push_back(model.id);
+    }
+    if (options.models.empty()) continue;
+    options.seed = settings.seed;
+    options.threads = settings.threads;
+    options.steps = kLadderSteps;
+    options.measure = {.rate_seconds = 0};
+    options.note = settings.note;
 
-  FitInput part = input;
-  std::optional<Dataset> sample;
-  if (input.dataset != nullptr) {
-    const DatasetInfo& info = input.dataset->info();
-    const std::uint32_t width = std::min(info.width, kSampleSide),
-                        height = std::min(info.height, kSampleSide);
-    Result<Dataset> made = dataset_part(*input.dataset, pairs_of_views(info, kSampleViews),
-                                        {(info.width - width) / 2, (info.height - height) / 2, width, height},
-                                        scratch_directory);
-    if (!made) return made.error();
-    sample.emplace(std::move(*made));
-    part.dataset = &*sample;
+    FitInput part = input;
+    std::optional<Dataset> sample;
+    if (input.dataset != nullptr) {
+      const DatasetInfo& info = input.dataset->info();
+      const std::uint32_t width = std::min(info.width, kSampleSide),
+                          height = std::min(info.height, kSampleSide);
+      Result<Dataset> made = dataset_part(
+          *input.dataset, views_apart ? pairs_of_views(info, kSampleViews) : spread_pairs(info, kSamplePairs),
+          {(info.width - width) / 2, (info.height - height) / 2, width, height}, scratch_directory);
+      if (!made) return made.error();
+      sample.emplace(std::move(*made));
+      part.dataset = &*sample;
+      sample_pairs = std::max(sample_pairs, sample->info().pairs.size());
+    }
+    const Result<Reference> part_reference = Reference::of(part, scratch_directory);
+    if (!part_reference) return part_reference.error();
+    const Result<Trade> trade = run_trade(part, *part_reference, options);
+    if (!trade) return trade.error();
+    const Result<std::vector<SettingFamily>> found = families_of(*trade, input);
+    if (!found) return found.error();
+    families.insert(families.end(), found->begin(), found->end());
   }
-  const Result<Reference> part_reference = Reference::of(part, scratch_directory);
-  if (!part_reference) return part_reference.error();
-  const Result<Trade> trade = run_trade(part, *part_reference, options);
-  if (!trade) return trade.error();
-  Result<std::vector<SettingFamily>> families = families_of(*trade, input);
-  if (!families) return families.error();
+  if (families.empty())
+    return bad_argument("no measure says anything of this input: its texels are all alike");
   const Result<Reference> reference = Reference::of(input, scratch_directory);
   if (!reference) return reference.error();
   const double sampled = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  Result<AutomaticFit> out = Search(input, settings, target, *reference, *std::move(families)).run();
+  Result<AutomaticFit> out = Search(input, settings, target, *reference, std::move(families)).run();
   if (!out) return out.error();
   out->reasons["sample_seconds"] = sampled;
-  if (sample) out->reasons["sample_pairs"] = sample->info().pairs.size();
+  if (sample_pairs > 0) out->reasons["sample_pairs"] = sample_pairs;
   return out;
 }
 

@@ -41,7 +41,8 @@ std::string quality_text(const QualityCurve& curve) {
     if (has(kQualityRate)) text += fmt::format(" {:9.4f}", p.rate);
     if (has(kQualityCost)) text += fmt::format(" {:11} {:9}", p.operations, p.reads);
   }
-  return text + fmt::format("\nmeasured under {} pairs of directions", curve.pairs);
+  if (curve.pairs > 1) text += fmt::format("\nmeasured under {} pairs of directions", curve.pairs);
+  return text;
 }
 
 }  // namespace btfc

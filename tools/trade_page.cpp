@@ -36,9 +36,10 @@ svg .point { fill: var(--c); fill-opacity: .38; stroke: var(--c); stroke-width: 
 .m5 { --c: var(--m5); } .m6 { --c: var(--m6); } .m7 { --c: var(--m7); } .m8 { --c: var(--m8); } .m9 { --c: var(--m9); }
 .key { display: flex; flex-wrap: wrap; gap: .2rem 1.2rem; padding: 0; margin: .6rem 0 1rem; list-style: none; }
 .key svg { display: inline-block; width: 14px; height: 14px; vertical-align: -2px; margin-right: .35rem; }
-.wide { overflow-x: auto; } table { border-collapse: collapse; font-size: .85rem; width: 100%; }
+.wide { overflow-x: auto; margin-bottom: 1.4rem; } table { border-collapse: collapse; font-size: .82rem; width: 100%; }
+.bounds td:first-child { width: 11em; }
 th { text-align: right; font-weight: 600; color: var(--soft); border-bottom: 1px solid var(--ink); vertical-align: bottom; }
-th, td { padding: .22rem .55rem; text-align: right; white-space: nowrap; } td { border-bottom: 1px solid var(--line); }
+th, td { padding: .22rem .42rem; text-align: right; white-space: nowrap; } td { border-bottom: 1px solid var(--line); }
 th:first-child, td:first-child, th.text, td.text { text-align: left; } td.text { white-space: normal; min-width: 15em; }
 tr:target td { background: var(--band); } tr.best td:first-child { font-weight: 600; }
 td b { color: var(--c, var(--ink)); }
@@ -113,7 +114,7 @@ std::string winners_table(const Trade& trade, const std::vector<TradeSummary::Wi
                        [&](const auto& w) { return (w.*member).has_value(); });
   };
   const bool texels = any(&TradeSummary::Winner::texels), texture = any(&TradeSummary::Winner::texture);
-  std::string text = fmt::format("<div class=\"wide\"><table><tr><th>{}", title);
+  std::string text = fmt::format("<div class=\"wide bounds\"><table><tr><th>{}", title);
   if (texels) text += "<th class=\"text\">least error texel by texel";
   if (texture) text += "<th class=\"text\">nearest texture";
   for (const auto& w : winners) {
@@ -239,8 +240,10 @@ Result<std::string> trade_page(const Trade& trade, const TradeSummary& s, const 
     page += table_row(trade.points[i], i, best, distances, shader) + '\n';
   }
   page += "</table></div>\n";
-  if (!trade.left_out.empty()) {
+  if (!trade.left_out.empty() || !trade.no_time.empty()) {
     page += "<h2>Left out</h2>\n";
+    if (!trade.no_time.empty())
+      page += "<p>No time left for: " + escaped(fmt::format("{}", fmt::join(trade.no_time, "; "))) + "</p>\n";
     for (const std::string& line : trade.left_out) page += "<p>" + escaped(line) + "</p>\n";
   }
   return page + "</html>\n";

@@ -31,7 +31,7 @@ std::string tick_text(double v, bool bytes) {
   return bytes ? bytes_text(static_cast<std::uint64_t>(std::llround(v))) : fmt::format("{:g}", v);
 }
 
-// Ticks of the logarithmic axis: powers of 4 of bytes, else 1, 2 and 5 times powers of ten, thinned.
+// Ticks of the logarithmic axis: powers of 4 of bytes, else so many a power of ten as there is room for.
 std::vector<double> log_ticks(const Axis& x, bool bytes) {
   std::vector<double> ticks;
   const double low = std::pow(10, x.low), high = std::pow(10, x.high);
@@ -41,11 +41,14 @@ std::vector<double> log_ticks(const Axis& x, bool bytes) {
     }
     return ticks;
   }
-  const bool wide = x.high - x.low > 3;
+  const double span = x.high - x.low;
+  const std::vector<double> steps = span > 3     ? std::vector<double>{1}
+                                    : span > 0.8 ? std::vector<double>{1, 2, 5}
+                                                 : std::vector<double>{1, 1.5, 2, 3, 4, 5, 6, 7, 8, 9};
   for (double power = std::floor(x.low); power <= x.high; ++power) {
-    for (const double m : {1.0, 2.0, 5.0}) {
+    for (const double m : steps) {
       const double v = m * std::pow(10, power);
-      if (v >= low && v <= high && (!wide || m == 1)) ticks.push_back(v);
+      if (v >= low && v <= high) ticks.push_back(v);
     }
   }
   return ticks;
@@ -75,22 +78,33 @@ std::string model_class(const ModelFormat& model) {
   return fmt::format("m{}", static_cast<std::uint32_t>(model.id) % kModelCount);
 }
 
-// Each model has a shape of its own too, for those to whom colours are alike.
+namespace {
+
+// Elements that are still open, of about the radius r.
+std::string circle(double x, double y, double r) {
+  return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"", x, y, r);
+}
+std::string square(double x, double y, double r) {
+  return fmt::format("<path d=\"M{:.1f} {:.1f}h{:.1f}v{:.1f}h{:.1f}z\"", x - 0.9 * r, y - 0.9 * r, 1.8 * r,
+                     1.8 * r, -1.8 * r);
+}
+std::string triangle(double x, double y, double r) {
+  return fmt::format("<path d=\"M{:.1f} {:.1f}l{:.1f} {:.1f}h{:.1f}z\"", x, y - 1.15 * r, 1.15 * r, 2 * r,
+                     -2.3 * r);
+}
+std::string diamond(double x, double y, double r) {
+  const double s = 1.25 * r;
+  return fmt::format("<path d=\"M{:.1f} {:.1f}l{:.1f} {:.1f}l{:.1f} {:.1f}l{:.1f} {:.1f}z\"", x, y - s, s, s,
+                     -s, s, -s, -s);
+}
+
+constexpr std::string (*kMarks[])(double x, double y, double r) = {circle, square, triangle, diamond};
+
+}  // namespace
+
+// Each model has a shape of its own beside its colour, for those to whom colours are alike.
 std::string plot_mark(const ModelFormat& model, double x, double y, double r) {
-  const std::uint32_t shape = static_cast<std::uint32_t>(model.id) % 4;
-  switch (shape) {
-    case 0:
-      return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"", x, y, r);
-    case 1:
-      return fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\"", x - r * .9,
-                         y - r * .9, 1.8 * r, 1.8 * r);
-    case 2:
-      return fmt::format("<path d=\"M{:.1f} {:.1f}l{:.1f} {:.1f}h{:.1f}z\"", x, y - 1.15 * r, 1.15 * r, 2 * r,
-                         -2.3 * r);
-    default:
-      return fmt::format("<path d=\"M{:.1f} {:.1f}l{:.1f} {:.1f}l{:.1f} {:.1f}l{:.1f} {:.1f}z\"", x,
-                         y - 1.25 * r, 1.25 * r, 1.25 * r, -1.25 * r, 1.25 * r, -1.25 * r, -1.25 * r);
-  }
+  return kMarks[static_cast<std::uint32_t>(model.id) % std::size(kMarks)](x, y, r);
 }
 
 std::string trade_plot(const std::vector<TradePoint>& points, const TradePlot& plot) {

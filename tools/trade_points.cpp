@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <sstream>
 
 namespace btfc {
@@ -60,7 +61,7 @@ Result<Trade> run_trade(const FitInput& input, const Reference& reference, const
       const ModelFormat& model = *find_model(id);
       const std::string line = fit.ladder[step], name = fmt::format("{} {}", model.name, line);
       if (options.minutes > 0 && seconds_since(begin) > 60 * options.minutes) {
-        trade.left_out.push_back(fmt::format("{}: no time left", name));
+        trade.no_time.push_back(name);
         continue;
       }
       if (options.note) options.note(fmt::format("{:6.0f} s  {}", seconds_since(begin), name));
@@ -127,10 +128,18 @@ std::vector<std::size_t> trade_front(const std::vector<TradePoint>& points, cons
 }
 
 std::optional<std::size_t> winner(const std::vector<TradePoint>& points, const Coordinate& x,
-                                  const Coordinate& y, double most) {
+                                  const Coordinate& y, double most, double tolerance) {
+  std::vector<std::size_t> allowed;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!x(points[i]) || !y(points[i]) || *x(points[i]) > most) continue;
+    allowed.push_back(i);
+    least = std::min(least, *y(points[i]));
+  }
   std::optional<std::size_t> best;
-  for (const std::size_t i : trade_front(points, x, y)) {
-    if (*x(points[i]) <= most) best = i;
+  for (const std::size_t i : allowed) {
+    if (*y(points[i]) > least + tolerance) continue;
+    if (!best || points[i].is.payload_bytes < points[*best].is.payload_bytes) best = i;
   }
   return best;
 }

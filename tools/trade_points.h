@@ -32,7 +32,8 @@ struct TradeFile {
 struct Trade {
   std::vector<TradePoint> points;
   std::vector<TradeFile> files;
-  std::vector<std::string> left_out;  // settings that could not be fitted or for which there was no time
+  // Settings that could not be fitted, with the reason, and those for which there was no time.
+  std::vector<std::string> left_out, no_time;
 };
 
 struct TradeOptions {
@@ -65,9 +66,10 @@ using Coordinate = std::function<std::optional<double>(const TradePoint&)>;
 std::vector<std::size_t> trade_front(const std::vector<TradePoint>& points, const Coordinate& x,
                                      const Coordinate& y);
 
-// The point of least y among those with x at most `most`; nothing where there is none.
+// The point of least y among those with x at most `most`; of those that are as good within `tolerance` the
+// one of the smallest payload. Nothing where there is none.
 std::optional<std::size_t> winner(const std::vector<TradePoint>& points, const Coordinate& x,
-                                  const Coordinate& y, double most);
+                                  const Coordinate& y, double most, double tolerance);
 
 // Coordinates.
 std::optional<double> payload_of(const TradePoint& point);

@@ -7,6 +7,8 @@ namespace btfc {
 namespace {
 
 constexpr std::uint64_t kBytes[] = {8 << 10, 16 << 10, 64 << 10, 256 << 10, 1 << 20};
+// What is as good: then the smaller payload counts.
+constexpr double kAlikeDb = 0.05, kAlikeDistance = 0.01;
 constexpr std::uint64_t kOperations[] = {100, 300, 1000, 3000, 10000};
 
 Json number(const std::optional<double>& v) { return v ? Json(*v) : Json(); }
@@ -113,10 +115,10 @@ TradeSummary summary_of(const Trade& trade) {
   const auto winners = [&](const Coordinate& x, std::span<const std::uint64_t> bounds) {
     std::vector<TradeSummary::Winner> list;
     for (const std::uint64_t most : bounds) {
-      const auto best = [&](const Coordinate& y) {
-        return winner(trade.points, x, y, static_cast<double>(most));
+      const auto best = [&](const Coordinate& y, double alike) {
+        return winner(trade.points, x, y, static_cast<double>(most), alike);
       };
-      list.push_back({most, best(texel_error), best(texture_error)});
+      list.push_back({most, best(texel_error, kAlikeDb), best(texture_error, kAlikeDistance)});
     }
     return list;
   };
@@ -133,16 +135,17 @@ std::string trade_text(const Trade& trade, const TradeSummary& s) {
       "full", "batch", "gpu full", "gpu rand", "ops", "reads");
   for (std::size_t i = 0; i < trade.points.size(); ++i)
     text += '\n' + row(trade.points[i], has(s.size_front, i), has(s.speed_front, i));
-  text += fmt::format(
-      "\nErrors over {} of {} pairs, SSIM and FLIP over {}. full, batch, gpu: over raw look-ups of the same "
-      "run. "
-      "front: s of size, v of speed.",
-      s.measured_pairs, s.pairs, s.looked_at_pairs);
+  if (s.pairs > 1) {
+    text += fmt::format("\nErrors over {} of {} pairs, SSIM and FLIP over {}.", s.measured_pairs, s.pairs,
+                        s.looked_at_pairs);
+  }
+  text += "\nfull, batch, gpu: over raw look-ups of the same run. front: s of size, v of speed.";
   for (const auto& w : s.by_bytes)
     text += fmt::format("\nat most {:>7}: {}", bytes_text(w.most), winner_text(trade, w));
   for (const auto& w : s.by_operations)
     text += fmt::format("\nat most {:>5} operations: {}", w.most, winner_text(trade, w));
   for (const std::string& line : trade.left_out) text += "\nleft out: " + line;
+  if (!trade.no_time.empty()) text += fmt::format("\nno time left for: {}", fmt::join(trade.no_time, "; "));
   return text + fmt::format("\n{:.1f} minutes", s.seconds / 60);
 }
 
@@ -159,7 +162,8 @@ Json trade_json(const Trade& trade, const TradeSummary& s) {
           {"winners",
            {{"bytes", winners_json(s.by_bytes, "bytes")},
             {"operations", winners_json(s.by_operations, "operations")}}},
-          {"left_out", trade.left_out}};
+          {"left_out", trade.left_out},
+          {"no_time", trade.no_time}};
 }
 
 std::string bytes_text(std::uint64_t bytes) {

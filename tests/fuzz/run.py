@@ -68,7 +68,7 @@ class Run:
 def say(a, targets):
     for target in targets:
         log, kept = a.work / f"{target}.log", a.work / f"{target}.seconds"
-        if not log.exists():
+        if not log.exists() or not kept.exists():
             continue
         text = log.read_text(errors="replace")
         executed = sum(map(int, re.findall(r"stat::number_of_executed_units: (\d+)", text)))

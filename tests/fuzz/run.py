@@ -88,7 +88,8 @@ def minimise(a, targets):
         sources = [f for f in (old, a.work / target, a.work / "seeds" / target) if f.exists()]
         subprocess.run([str(a.build / "tests/fuzz" / f"fuzz_{target}"), "-merge=1", "-max_len=16384", str(out), *map(str, sources)],
                        check=True, stderr=subprocess.DEVNULL)
-        files = list(out.iterdir())
+        # File names are unique across the tree.
+        files = [f.rename(out / f"{target}.{f.name[:12]}") for f in out.iterdir()]
         print(f"{target}: {len(files)} inputs, {sum(f.stat().st_size for f in files)} bytes", flush=True)
 
 

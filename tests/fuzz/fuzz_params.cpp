@@ -60,7 +60,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (const auto& [have, raw] : chunks) {
       if (have.order() == key.order()) return raw;
     }
-    FUZZ_CHECK(!"a chunk was asked for that the layout does not have");
+    FUZZ_CHECK(false && "a chunk was asked for that the layout does not have");
     return Bytes();
   };
   const Result<LoadedItem> item = model->load(*head, parm, reader, levels);

@@ -68,7 +68,7 @@ class Run:
 def say(a, targets):
     for target in targets:
         log, kept = a.work / f"{target}.log", a.work / f"{target}.seconds"
-        if not log.exists():
+        if not log.exists() or not kept.exists():
             continue
         text = log.read_text(errors="replace")
         executed = sum(map(int, re.findall(r"stat::number_of_executed_units: (\d+)", text)))
@@ -88,7 +88,8 @@ def minimise(a, targets):
         sources = [f for f in (old, a.work / target, a.work / "seeds" / target) if f.exists()]
         subprocess.run([str(a.build / "tests/fuzz" / f"fuzz_{target}"), "-merge=1", "-max_len=16384", str(out), *map(str, sources)],
                        check=True, stderr=subprocess.DEVNULL)
-        files = list(out.iterdir())
+        # File names are unique across the tree.
+        files = [f.rename(out / f"{target}.{f.name[:12]}") for f in out.iterdir()]
         print(f"{target}: {len(files)} inputs, {sum(f.stat().st_size for f in files)} bytes", flush=True)
 
 

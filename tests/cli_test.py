@@ -1136,7 +1136,8 @@ class SceneTest(CommandTest):
         camera = {"position": [0, 0, 100], "look_at": [0, 0, 0], "up": [0, 1, 0], "fov": 2}
         scene, told = self.seen(surface=mesh, image=[64, 64], cameras=[camera], lights=[{"direction": [0.5, 0, 1]}])
         frame = 2 * 100 * math.tan(math.radians(1))  # of the lower square's plane
-        self.assertAlmostEqual(told["pixels"] / 4096, (2 / frame) ** 2, delta=0.01)
+        # A row and a column of pixels more or less.
+        self.assertAlmostEqual(told["pixels"] / 4096, (2 / frame) ** 2, delta=0.02)
         # In shadow and seen from above: what the upper square's shadow, shifted by half a unit, leaves uncovered.
         self.assertAlmostEqual(told["samples"] / told["pixels"], 1 - 0.5 / 4, delta=0.02)
         for pair in scene["pairs"]:
@@ -1188,10 +1189,11 @@ class TradeoffTest(CommandTest):
         for a, b in zip(front, front[1:]):
             self.assertTrue(a["payload_bytes"] < b["payload_bytes"] and a["psnr_db"] < b["psnr_db"])
         for w in told["winners"]["bytes"]:
-            under = [p["psnr_db"] for p in points if p["payload_bytes"] <= w["bytes"]]
+            under = [p for p in points if p["payload_bytes"] <= w["bytes"]]
             self.assertEqual(w["texels"] is None, not under)
-            if under:
-                self.assertEqual(points[w["texels"]]["psnr_db"], max(under))
+            if under:  # what is as good within 0.05 dB is judged by its size
+                good = [p for p in under if p["psnr_db"] >= max(q["psnr_db"] for q in under) - 0.05]
+                self.assertEqual(points[w["texels"]]["payload_bytes"], min(p["payload_bytes"] for p in good))
         text = page.read_text()
         self.assertNotRegex(text, r"""(src|href)=["'](?!data:|#)|@import|url\(""")
         self.assertGreater(text.count("data:image/png;base64,"), 2)

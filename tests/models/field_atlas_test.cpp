@@ -42,7 +42,7 @@ struct Prepared {
 Prepared prepared(LoadedItem item, const GpuWindow& window, std::uint32_t period = 0) {
   Prepared out;
   out.item = std::move(item);
-  EXPECT_TRUE(field_select(out.item, period, 0));
+  EXPECT_TRUE(field_select(out.item, {period, 0, 0, 0}));
   Result<GpuPrepare> plan = decoder_model(out.item.head.model).prepare(out.item, window);
   if (!plan) {
     ADD_FAILURE() << plan.error().message;
@@ -210,7 +210,7 @@ TEST(FieldAtlas, TexelsAreThoseOfTheDirectForm) {
       Prepared from = prepared(item, c.window, c.period);
       from.item.words[2] = field_atlas(from.item, from.p);
       LoadedItem direct = item, hollow = from.item;
-      ASSERT_TRUE(field_select(direct, c.period, 0));
+      ASSERT_TRUE(field_select(direct, {c.period, 0, 0, 0}));
       std::fill(hollow.words[2].begin(), hollow.words[2].end(), std::bit_cast<std::uint32_t>(100.0f));
       SplitMix64 random(c.period + 1);
       const GpuWindow anywhere{-1000, 500, 5000, 4000};
@@ -316,11 +316,11 @@ TEST(FieldAtlas, Refusals) {
                         bytes));
   EXPECT_EQ(refused({kLow, kHigh, 0xffffffffu, 0xffffffffu}).status, Status::limit);
   EXPECT_EQ(refused({0, 0, 0xffffffffu, 1}).status, Status::limit);
-  ASSERT_TRUE(field_select(item, 1u << 30, 0));
+  ASSERT_TRUE(field_select(item, {1u << 30, 0, 0, 0}));
   EXPECT_NE(refused({0, 0, 1, 1}).message.find("the period,"), std::string::npos);
   EXPECT_TRUE(decoder_model(ModelId::gmrf).prepare(item, {}));
   // At the limit, 20 (w + 4) 64 + …; four texels more are 20 (4 64 + 2 34 + 19) words more.
-  ASSERT_TRUE(field_select(item, 0, 0));
+  ASSERT_TRUE(field_select(item, {}));
   std::uint32_t most = 4;
   while (decoder_model(ModelId::gmrf).prepare(item, {0, 0, most + 4, 60})) most += 4;
   const std::uint64_t words = decoder_model(ModelId::gmrf).prepare(item, {0, 0, most, 60})->made_words[2];

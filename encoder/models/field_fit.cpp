@@ -15,6 +15,7 @@
 #include "encoder/fields/marginal.h"
 #include "encoder/fields/neighbourhood_choice.h"
 #include "encoder/for_each_index.h"
+#include "encoder/linear/row_blocks.h"
 #include "encoder/models/field_input.h"
 #include "encoder/models/field_records.h"
 #include "encoder/run_on_threads.h"
@@ -343,6 +344,7 @@ const std::span<const OptionSpec> kFieldFitOptions = kOptions;
 
 template <ModelId kModel>
 Result<FitResult> field_fit(const FitInput& input, const FitSettings& settings) {
+  use_blas_single_threaded();  // its eigenvalues must not depend on the machine's cores
   const Result<Wanted> wanted = wanted_of(settings.options);
   if (!wanted) return wanted.error();
   Result<FitResult> result = FitResult{};

@@ -59,11 +59,16 @@ void towards(SplitMix64& random, double z, float (&d)[3]) {
   d[2] = static_cast<float>(z);
 }
 
-void nothing(SplitMix64& random, float (&d)[3]) {
+// No direction that one could look along; the odd ones of numbers that are finite.
+void nothing(SplitMix64& random, bool odd, float (&d)[3]) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   constexpr float kOdd[] = {
       0.0f, std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity, 3e38f, -3e38f, 1e-45f};
-  for (float& c : d) c = kOdd[random.below(std::size(kOdd))];
+  for (float& c : d) {
+    do {
+      c = kOdd[random.below(std::size(kOdd))];
+    } while (odd && !std::isfinite(c));
+  }
 }
 
 struct Map {
@@ -79,31 +84,33 @@ void answer(const btfc_texture* texture, const btfc_query& query, float* values)
   btfc_eval(texture, nullptr, &query, sizeof query, 1, values, 4);
 }
 
-void row_of(const btfc_texture* texture, btfc_scratch* scratch, std::uint32_t map,
-            const btfc_directions& look, std::uint32_t y, float* values) {
-  const Map m = map_of(texture, map);
-  const std::size_t bytes = std::size_t{m.width} * m.channels * sizeof(float);
-  btfc_decode_rect(texture, scratch, map, &look, 0, static_cast<std::int32_t>(y), m.width, 1, BTFC_FLOAT32,
-                   values, bytes, bytes);
-}
-
-struct Row {
-  std::uint32_t map, y;
+// Rows of a map under one look. Of unbounded textures the whole map at once: a call makes its tiles anew.
+struct Band {
+  std::uint32_t map, y, rows;
   std::size_t look, first, count;
 };
-std::vector<Row> rows_of(const btfc_texture* texture) {
-  std::vector<Row> rows;
+std::vector<Band> bands_of(const btfc_texture* texture) {
+  std::vector<Band> bands;
+  const bool whole = btfc_texture_unbounded(texture) != 0;
   std::size_t first = 0;
   for (std::uint32_t map = 0; map < btfc_texture_maps(texture); ++map) {
     const Map m = map_of(texture, map);
-    for (std::size_t look = 0; look < std::size(kLooks); ++look) {
-      for (std::uint32_t y = 0; y < m.height; ++y) {
-        rows.push_back({map, y, look, first, std::size_t{m.width} * m.channels});
-        first += rows.back().count;
+    const std::uint32_t rows = whole ? m.height : 1;
+    for (std::size_t look = 0; look < (whole ? 1 : std::size(kLooks)); ++look) {
+      for (std::uint32_t y = 0; y < m.height; y += rows) {
+        bands.push_back({map, y, rows, look, first, std::size_t{m.width} * m.channels * rows});
+        first += bands.back().count;
       }
     }
   }
-  return rows;
+  return bands;
+}
+
+void decode_band(const btfc_texture* texture, const Band& band, float* values) {
+  const std::uint32_t width = btfc_texture_width(texture);
+  btfc_decode_rect(texture, nullptr, band.map, &kLooks[band.look], 0, static_cast<std::int32_t>(band.y),
+                   width, band.rows, BTFC_FLOAT32, values, band.count / band.rows * sizeof(float),
+                   band.count * sizeof(float));
 }
 
 bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
@@ -114,7 +121,7 @@ bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
 }  // namespace
 
 bool Answers::operator==(const Answers& other) const {
-  return same_bits(values, other.values) && same_bits(whole, other.whole);
+  return same_bits(values, other.values) && same_bits(batch, other.batch) && same_bits(whole, other.whole);
 }
 
 std::vector<Query> queries_of(const btfc_texture* texture, std::size_t each) {
@@ -136,8 +143,8 @@ std::vector<Query> queries_of(const btfc_texture* texture, std::size_t each) {
       towards(random, -random.uniform(), q.query.light);
     }
     if (q.kind == 3) {
-      nothing(random, q.query.view);
-      nothing(random, q.query.light);
+      nothing(random, i % 2 == 1, q.query.view);
+      nothing(random, i % 2 == 1, q.query.light);
     }
     if (q.kind == 4) {
       constexpr std::int32_t kEnds[] = {INT32_MIN, INT32_MIN + 1, INT32_MAX, INT32_MAX - 1, -1, 1 << 24};
@@ -167,27 +174,36 @@ Asked ask(const Bytes& file, const std::vector<Query>& queries, bool flush_to_ze
 Answers ask_on_threads(const btfc_texture* texture, const std::vector<Query>& queries, std::size_t threads) {
   Answers out;
   out.values.assign(4 * queries.size(), 0.0f);
-  const std::vector<Row> rows = rows_of(texture);
-  out.whole.assign(rows.empty() ? 0 : rows.back().first + rows.back().count, 0.0f);
+  const std::vector<Band> bands = bands_of(texture);
+  out.whole.assign(bands.empty() ? 0 : bands.back().first + bands.back().count, 0.0f);
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
-    btfc_scratch* scratch = btfc_scratch_new(texture);
-    for (std::size_t i; (i = next++) < queries.size() + rows.size();) {
+    for (std::size_t i; (i = next++) < queries.size() + bands.size();) {
       if (i < queries.size()) {
         answer(texture, queries[i].query, &out.values[4 * i]);
       } else {
-        const Row& row = rows[i - queries.size()];
-        row_of(texture, scratch, row.map, kLooks[row.look], row.y, &out.whole[row.first]);
+        const Band& band = bands[i - queries.size()];
+        decode_band(texture, band, &out.whole[band.first]);
       }
     }
-    btfc_scratch_free(scratch);
   };
-  if (threads == 1) {
-    work();  // in the caller's mode
+  const auto together = [&] {
+    // So many in a call are answered in another way than one.
+    constexpr std::size_t kMany = 256;
+    if (queries.empty() || btfc_texture_unbounded(texture)) return;
+    std::vector<btfc_query> many;
+    while (many.size() < kMany) many.push_back(queries[many.size() % queries.size()].query);
+    out.batch.assign(4 * many.size(), 0.0f);
+    btfc_eval(texture, nullptr, many.data(), sizeof(btfc_query), many.size(), out.batch.data(), 4);
+  };
+  if (threads == 1) {  // in the caller's mode
+    work();
+    together();
     return out;
   }
   std::vector<std::thread> all;
   for (std::size_t t = 0; t < threads; ++t) all.emplace_back(work);
+  all.emplace_back(together);
   for (std::thread& t : all) t.join();
   return out;
 }

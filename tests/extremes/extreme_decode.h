@@ -18,10 +18,10 @@ struct Query {
 // Of all kinds, the same ones for the same file; no directions for models of images.
 std::vector<Query> queries_of(const btfc_texture* texture, std::size_t each);
 
-// Bits of values: of queries by btfc_eval without a scratch one by one, and of whole maps under two pairs of
-// directions.
+// Bits of values: of queries one by one, and of whole maps under two pairs of directions (unbounded: one).
 struct Answers {
   std::vector<float> values;  // four a query
+  std::vector<float> batch;   // the same queries over and over, in one call; not of unbounded textures
   std::vector<float> whole;
   bool operator==(const Answers&) const;  // by bits
 };
@@ -34,7 +34,7 @@ struct Asked {
 };
 Asked ask(const Bytes& file, const std::vector<Query>& queries, bool flush_to_zero = false);
 
-// The same, each query and each row by one of so many threads at once on one texture.
+// The same, each query and each band of rows by one of so many threads at once on one texture.
 Answers ask_on_threads(const btfc_texture* texture, const std::vector<Query>& queries, std::size_t threads);
 
 }  // namespace btfc::test

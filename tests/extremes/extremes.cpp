@@ -1,16 +1,17 @@
 // What the table of extremes is made of, for extremes_table.py.
-// btfc_extremes files DIR N: fits every input, asks every file N queries of each kind, and writes the files,
-// their answers and DIR/cases.json. btfc_extremes sums N: accumulations over N samples, as JSON.
+// btfc_extremes files DIR N [MODEL]: fits every input, asks every file N queries of each kind, and writes the
+// files, their answers and DIR/cases.json. btfc_extremes sums N: accumulations over N samples, as JSON.
 // btfc_extremes answers FILE…: a hash of each file's answers under every instruction set of this processor.
 // btfc_extremes fits: each model's fit of one input, hashed, and how near it comes.
 #include <fmt/format.h>
 #include <hwy/targets.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "encoder/output/atomic_file.h"
@@ -33,6 +34,7 @@ Distance from_dataset(const Dataset& set, const btfc_texture* texture) {
   const DatasetInfo& info = set.info();
   double largest = 0, worst = 0, sum = 0, wanted_sum = 0, squares = 0, count = 0;
   std::vector<float> values;
+  const std::unique_ptr<btfc_scratch, ScratchFree> scratch(btfc_scratch_new(texture));
   for (std::size_t p = 0; p < info.pairs.size(); ++p) {
     btfc_directions look{{}, {}, 1, 0};
     const Vector3 view = unit_vector(info.views[info.pairs[p].view]),
@@ -46,7 +48,7 @@ Distance from_dataset(const Dataset& set, const btfc_texture* texture) {
       btfc_map_info m{};
       btfc_texture_map_info(texture, map, &m);
       values.resize(std::size_t{info.width} * info.height * m.channels);
-      btfc_decode_rect(texture, nullptr, map, &look, 0, 0, info.width, info.height, BTFC_FLOAT32,
+      btfc_decode_rect(texture, scratch.get(), map, &look, 0, 0, info.width, info.height, BTFC_FLOAT32,
                        values.data(), values.size() * 4 / info.height, values.size() * 4);
       for (std::size_t i = 0; i < values.size(); ++i) {
         const auto texel = static_cast<std::uint32_t>(i / m.channels);
@@ -176,7 +178,7 @@ class Maker {
     const Asked plain = ask(file, queries), flushed = ask(file, queries, true);
     const Answers& values = plain.answers;
     double largest = 0;
-    for (const auto* all : {&values.values, &values.whole}) {
+    for (const auto* all : {&values.values, &values.batch, &values.whole}) {
       for (const float v : *all) largest = std::max(largest, std::fabs(static_cast<double>(v)));
     }
     row["largest"] = fmt::format("{:.9g}", largest);
@@ -221,10 +223,13 @@ class Maker {
 };
 
 std::uint64_t hash_of(const Answers& answers) {
-  Bytes bytes((answers.values.size() + answers.whole.size()) * sizeof(float));
-  const std::size_t first = answers.values.size() * sizeof(float);
-  if (first > 0) std::memcpy(bytes.data(), answers.values.data(), first);
-  if (!answers.whole.empty()) std::memcpy(bytes.data() + first, answers.whole.data(), bytes.size() - first);
+  Bytes bytes;
+  for (const auto* part : {&answers.values, &answers.batch, &answers.whole}) {
+    for (const float v : *part) {
+      for (int shift = 0; shift < 32; shift += 8)
+        bytes.push_back(static_cast<std::uint8_t>(std::bit_cast<std::uint32_t>(v) >> shift));
+    }
+  }
   return content_hash(bytes);
 }
 
@@ -282,9 +287,10 @@ int print_sums(std::uint64_t samples) {
   return 0;
 }
 
-int write_files(const char* folder, std::size_t each) {
+int write_files(const char* folder, std::size_t each, const std::string& only) {
   Maker maker(folder, each);
   for (const ModelFormat& model : models()) {
+    if (!only.empty() && only != model.name) continue;
     for (const Extreme& e : extremes_of(model.name)) maker.add(e);
     for (const MadeFile& m : made_files_of(model.name)) maker.add(m);
     maker.add_threads(model.name);
@@ -297,11 +303,11 @@ int write_files(const char* folder, std::size_t each) {
 
 int main(int argc, char** argv) {
   const std::string verb = argc > 2 ? argv[1] : "";
-  if (verb == "files" && argc == 4)
-    return btfc::test::write_files(argv[2], std::strtoul(argv[3], nullptr, 10));
+  if (verb == "files" && (argc == 4 || argc == 5))
+    return btfc::test::write_files(argv[2], std::strtoul(argv[3], nullptr, 10), argc == 5 ? argv[4] : "");
   if (verb == "sums" && argc == 3) return btfc::test::print_sums(std::strtoull(argv[2], nullptr, 10));
   if (argc == 2 && std::strcmp(argv[1], "fits") == 0) return btfc::test::print_fits();
   if (verb == "answers") return btfc::test::print_answers(argc - 2, argv + 2);
-  std::fprintf(stderr, "usage: btfc_extremes files DIR N | sums N | answers FILE… | fits\n");
+  std::fprintf(stderr, "usage: btfc_extremes files DIR N [MODEL] | sums N | answers FILE… | fits\n");
   return 1;
 }

@@ -8,7 +8,6 @@
 
 #include "decoder/convert.h"
 #include "decoder/handles.h"
-#include "format/file_domain.h"
 
 namespace {
 

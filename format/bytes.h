@@ -1,5 +1,6 @@
 // Little-endian loads and stores on byte arrays, independent of the host's byte order.
 #pragma once
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -27,9 +28,11 @@ inline void store_u16(std::uint8_t* p, std::uint16_t v) {
 inline void store_u32(std::uint8_t* p, std::uint32_t v) {
   for (int i = 0; i < 4; ++i) p[i] = static_cast<std::uint8_t>(v >> (8 * i));
 }
+inline float load_f32(const std::uint8_t* p) { return std::bit_cast<float>(load_u32(p)); }
 inline void store_u64(std::uint8_t* p, std::uint64_t v) {
   for (int i = 0; i < 8; ++i) p[i] = static_cast<std::uint8_t>(v >> (8 * i));
 }
+inline void store_f32(std::uint8_t* p, float v) { store_u32(p, std::bit_cast<std::uint32_t>(v)); }
 
 // The bytes as words; a last partial word is filled up with zero.
 inline std::vector<std::uint32_t> to_words(ByteView bytes) {

@@ -93,8 +93,8 @@ Bytes write_coded_rows(const CodedRows& coded) {
   std::uint8_t* to = raw.data();
   if (coded.precision == Precision::u8) {
     for (const RowScale& s : coded.scales) {
-      store_u32(to, std::bit_cast<std::uint32_t>(s.offset));
-      store_u32(to + 4, std::bit_cast<std::uint32_t>(s.step));
+      store_f32(to, s.offset);
+      store_f32(to + 4, s.step);
       to += 8;
     }
   }
@@ -113,7 +113,7 @@ Result<CodedRows> read_coded_rows(ByteView raw, std::uint64_t rows, std::uint64_
   const std::uint8_t* from = raw.data();
   for (std::uint64_t r = 0; precision == Precision::u8 && r < rows; ++r, from += 8) {
     RowScale& s = coded.scales[r];
-    s = {std::bit_cast<float>(load_u32(from)), std::bit_cast<float>(load_u32(from + 4))};
+    s = {load_f32(from), load_f32(from + 4)};
     if (!fit_value(s.offset) || !fit_value(s.step) || s.step < 0 || !fit_value(s.offset + s.step * 255)) {
       return invalid(rule, 0,
                      fmt::format("row {} of {} has offset {} and step {}, expected a step of at least 0 and "

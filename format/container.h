@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "format/chunk.h"
+#include "format/domain.h"
 #include "format/limits.h"
 #include "format/meta.h"
 #include "format/model_table.h"
@@ -71,6 +72,9 @@ Result<LoadedItem> load_item(const ByteSource& source, const OpenedFile& file,
 
 // META's entries; empty where there is none.
 Result<Meta> read_file_meta(const ByteSource& source, const Directory& directory);
+
+// What DOMN says; nothing where the file has none.
+Result<std::optional<Domain>> read_file_domain(const ByteSource& source, const OpenedFile& file);
 
 // QUAL's curve, where the file has one.
 Result<std::optional<QualityCurve>> read_file_quality(const ByteSource& source, const OpenedFile& file);

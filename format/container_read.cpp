@@ -8,7 +8,6 @@
 #include "format/checked.h"
 #include "format/chunk_codec.h"
 #include "format/container.h"
-#include "format/file_domain.h"
 
 namespace btfc {
 namespace {
@@ -166,6 +165,28 @@ bool is_ancillary(const ChunkKey& key) {
   return std::any_of(std::begin(kAncillary), std::end(kAncillary), [&](const ChunkKey& known) {
     return key.flags == known.flags && key.order() == known.order();
   });
+}
+
+// What such a chunk says, by its own reader; nothing where the file has none. `rule` bounds its size, before
+// anything of the size is allocated.
+template <class T, class Read>
+Result<std::optional<T>> read_ancillary(const ByteSource& source, const Directory& directory,
+                                        const ChunkKey& key, std::uint64_t most, const char* rule,
+                                        const Read& read) {
+  const IndexEntry* entry = find_entry(directory, key);
+  if (entry == nullptr) return std::optional<T>();
+  if (entry->raw_bytes > most) {
+    return invalid(
+        rule, entry->offset,
+        fmt::format("{} has {} bytes, expected at most {}", type_name(key.type), entry->raw_bytes, most));
+  }
+  const Result<Bytes> raw = read_chunk(source, *entry);
+  if (!raw) return raw.error();
+  Result<T> found = read(*raw);
+  if (found) return std::optional<T>(*std::move(found));
+  Error error = found.error();
+  error.offset = entry->offset;  // of the chunk: stored bytes need not be the raw ones
+  return error;
 }
 
 bool is_known_type(std::uint32_t type, const ModelFormat& model) {
@@ -328,43 +349,20 @@ Result<LoadedItem> load_item(const ByteSource& source, const OpenedFile& file, s
 }
 
 Result<std::optional<Domain>> read_file_domain(const ByteSource& source, const OpenedFile& file) {
-  const IndexEntry* entry = find_entry(file.directory, {kDomn, 0});
-  if (entry == nullptr) return std::optional<Domain>();
-  // Rule DM1's most, before anything of the size is allocated.
-  if (entry->raw_bytes > kMaxDomainBytes) {
-    return invalid("DM1", entry->offset,
-                   fmt::format("DOMN has {} bytes, expected at most {}", entry->raw_bytes, kMaxDomainBytes));
-  }
-  const Result<Bytes> raw = read_chunk(source, *entry);
-  if (!raw) return raw.error();
-  Result<Domain> domain = read_domain(file.head, *raw);
-  if (!domain) {
-    Error error = domain.error();
-    error.offset = entry->offset;
-    return error;
-  }
-  return std::optional<Domain>(*std::move(domain));
+  return read_ancillary<Domain>(source, file.directory, {kDomn, 0}, kMaxDomainBytes, "DM1",
+                                [&](ByteView raw) { return read_domain(file.head, raw); });
 }
 
 Result<Meta> read_file_meta(const ByteSource& source, const Directory& directory) {
-  const IndexEntry* entry = find_entry(directory, {kMeta, kSafeToCopy});
-  if (entry == nullptr) return Meta{};
-  if (entry->raw_bytes > kMaxMetaBytes) return invalid("M1", entry->offset, "META is longer than 2^20 bytes");
-  const Result<Bytes> raw = read_chunk(source, *entry);
-  if (!raw) return raw.error();
-  return read_meta(*raw);
+  const auto meta =
+      read_ancillary<Meta>(source, directory, {kMeta, kSafeToCopy}, kMaxMetaBytes, "M1", read_meta);
+  if (!meta) return meta.error();
+  return meta->value_or(Meta{});
 }
 
 Result<std::optional<QualityCurve>> read_file_quality(const ByteSource& source, const OpenedFile& file) {
-  const IndexEntry* entry = find_entry(file.directory, {kQual, 0});
-  if (entry == nullptr) return std::optional<QualityCurve>();
-  if (entry->raw_bytes > kMostQualityBytes)
-    return invalid("QU1", entry->offset, fmt::format("QUAL is longer than {} bytes", kMostQualityBytes));
-  const Result<Bytes> raw = read_chunk(source, *entry);
-  if (!raw) return raw.error();
-  Result<QualityCurve> curve = read_quality(*raw, file.head.pairs);
-  if (!curve) return curve.error();
-  return std::optional(*std::move(curve));
+  return read_ancillary<QualityCurve>(source, file.directory, {kQual, 0}, kMostQualityBytes, "QU1",
+                                      [&](ByteView raw) { return read_quality(raw, file.head.pairs); });
 }
 
 Result<Done> verify_file(const ByteSource& source, const ReadLimits& limits) {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <optional>
 
@@ -15,9 +14,6 @@ namespace {
 
 constexpr std::size_t kFixedBytes = 68;
 using Direction3 = std::array<double, 3>;
-
-void store_f32(std::uint8_t* to, float v) { store_u32(to, std::bit_cast<std::uint32_t>(v)); }
-float load_f32(const std::uint8_t* from) { return std::bit_cast<float>(load_u32(from)); }
 
 constexpr float kQuarterTurn = static_cast<float>(std::numbers::pi / 2),
                 kWholeTurn = static_cast<float>(2 * std::numbers::pi);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <set>
 
@@ -14,9 +13,6 @@ namespace {
 
 constexpr std::size_t kHeadBytes = 16, kPointBytes = 40;
 constexpr std::uint32_t kMostLevels = 256, kMostGates = 32;
-
-void store_float(std::uint8_t* to, float v) { store_u32(to, std::bit_cast<std::uint32_t>(v)); }
-float load_float(const std::uint8_t* from) { return std::bit_cast<float>(load_u32(from)); }
 
 // A number that is there or, where the curve has no such measure, 0.
 bool good(std::uint32_t measures, std::uint32_t measure, float v, double most) {
@@ -46,11 +42,11 @@ Bytes write_quality(const QualityCurve& curve) {
     std::uint8_t* at = &raw[kHeadBytes + kPointBytes * i];
     store_u32(at, p.knobs.levels);
     store_u32(at + 4, p.knobs.gates);
-    store_float(at + 8, p.knobs.culling);
-    store_float(at + 12, p.psnr_db);
-    store_float(at + 16, p.mae_lab);
-    store_float(at + 20, p.distance);
-    store_float(at + 24, p.rate);
+    store_f32(at + 8, p.knobs.culling);
+    store_f32(at + 12, p.psnr_db);
+    store_f32(at + 16, p.mae_lab);
+    store_f32(at + 20, p.distance);
+    store_f32(at + 24, p.rate);
     store_u32(at + 28, p.operations);
     store_u32(at + 32, p.reads);
   }
@@ -78,11 +74,11 @@ Result<QualityCurve> read_quality(ByteView raw, std::uint32_t pairs) {
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::size_t offset = kHeadBytes + kPointBytes * i;
     const std::uint8_t* at = &raw[offset];
-    const QualityPoint p = {{load_u32(at), load_u32(at + 4), load_float(at + 8)},
-                            load_float(at + 12),
-                            load_float(at + 16),
-                            load_float(at + 20),
-                            load_float(at + 24),
+    const QualityPoint p = {{load_u32(at), load_u32(at + 4), load_f32(at + 8)},
+                            load_f32(at + 12),
+                            load_f32(at + 16),
+                            load_f32(at + 20),
+                            load_f32(at + 24),
                             load_u32(at + 28),
                             load_u32(at + 32)};
     const auto wrong = [&](const char* what) {

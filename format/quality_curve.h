@@ -1,5 +1,5 @@
 // QUAL: what a file's run-time knobs are worth, measured against what it was made from (spec/btfc.md section
-// 5.4).
+// 5.5).
 #pragma once
 #include <cstdint>
 #include <optional>

@@ -1,7 +1,6 @@
 // btfc info, verify and size: what a file holds, whether it keeps the rules, and the formula with no file.
 #include "encoder/output/atomic_file.h"
 #include "format/container.h"
-#include "format/file_domain.h"
 #include "tools/command.h"
 #include "tools/domain_report.h"
 #include "tools/file_source.h"
@@ -49,7 +48,6 @@ int info(FileArguments& a) {
   if (!meta) return stop(placed(a.input, meta.error()));
   const Result<std::optional<Domain>> domain = read_file_domain(file->source(), *opened);
   if (!domain) return stop(placed(a.input, domain.error()));
-
   const Result<std::optional<QualityCurve>> quality = read_file_quality(file->source(), *opened);
   if (!quality) return stop(placed(a.input, quality.error()));
 

@@ -31,8 +31,8 @@ Bytes write_index(const FieldShape& s, const std::vector<std::uint16_t>& index) 
 
 Bytes write_range(const FieldShape& s, const FieldPayload& payload) {
   Bytes raw(8);
-  store_u32(&raw[0], std::bit_cast<std::uint32_t>(payload.relief));
-  store_u32(&raw[4], std::bit_cast<std::uint32_t>(payload.height_step));
+  store_f32(&raw[0], payload.relief);
+  store_f32(&raw[4], payload.height_step);
   for (const std::uint16_t code : payload.range) {
     raw.push_back(static_cast<std::uint8_t>(code));
     if (s.range_bits == 16) raw.push_back(static_cast<std::uint8_t>(code >> 8));
@@ -76,8 +76,7 @@ void push(std::vector<std::uint32_t>& words, float value) {
 
 // Rule FD4.
 Result<Done> append_range(const FieldShape& s, ByteView raw, std::vector<std::uint32_t>& words) {
-  const float relief = std::bit_cast<float>(load_u32(&raw[0])),
-              step = std::bit_cast<float>(load_u32(&raw[4]));
+  const float relief = load_f32(&raw[0]), step = load_f32(&raw[4]);
   if (!(relief >= 0 && relief <= kMostRelief))
     return invalid("FD4", 0, fmt::format("RMAP has a strength of {:g}, expected 0 to 1", relief));
   if (!(step >= 0 && step <= kMostHeight))

@@ -52,7 +52,7 @@ Bytes write_field_parm(const FieldShape& s) {
   store_u16(&raw[8], static_cast<std::uint16_t>(s.range_width));
   store_u16(&raw[10], static_cast<std::uint16_t>(s.range_height));
   store_u32(&raw[12], s.seed);
-  store_u32(&raw[16], std::bit_cast<std::uint32_t>(s.error));
+  store_f32(&raw[16], s.error);
   raw[20] = static_cast<std::uint8_t>(s.torus_log2);
   for (std::size_t l = 0; l < kFieldMostLevels; ++l)
     store_u16(&raw[24 + 2 * l], static_cast<std::uint16_t>(s.margins[l]));
@@ -93,7 +93,7 @@ Result<FieldShape> read_field_parm(const Head& head, ByteView raw) {
                     s.range_width, s.range_height, s.range_bits, head.width, head.height));
   }
   s.seed = load_u32(&raw[12]);
-  s.error = std::bit_cast<float>(load_u32(&raw[16]));
+  s.error = load_f32(&raw[16]);
   if (!(s.error >= 0 && s.error <= 4294967296.0f)) {
     return invalid("FD1", 0, fmt::format("PARM has an error of {:g}, expected 0 to 2^32", s.error));
   }

@@ -70,7 +70,7 @@ Bytes write_mean(const GmMean& mean) {
   Bytes raw;
   const auto push_f32 = [&](float v) {
     raw.resize(raw.size() + 4);
-    store_u32(&raw[raw.size() - 4], std::bit_cast<std::uint32_t>(v));
+    store_f32(&raw[raw.size() - 4], v);
   };
   if (mean.form == GmMeanForm::f32) {
     for (const float v : mean.table) push_f32(v);

@@ -185,7 +185,7 @@ typedef struct btfc_quality_point {
   float culling;          /* 0 where they are the file's own */
   float psnr_db;          /* 200: no difference */
   float mae_lab;          /* mean absolute difference in CIE Lab */
-  float distance;         /* spec/btfc.md section 5.4; 0: no difference */
+  float distance;         /* spec/btfc.md section 5.5; 0: no difference */
   float rate; /* texels decoded by whole images on one core, over random fetches of uncompressed ones */
   uint32_t operations, reads; /* of a texel in a shader; reads are words of 32 bits */
 } btfc_quality_point;

@@ -216,13 +216,6 @@ void decode_inside(const btfc_texture& texture, std::uint32_t map, std::uint32_t
     }
   }
 }
-
-// A direction of a list; of a model without directions the normal.
-void write_direction(const std::vector<DirectionPoint>& points, std::uint32_t index, float direction[3]) {
-  const std::array<double, 3> v = unit_vector(points.empty() ? DirectionPoint{} : points[index]);
-  for (std::size_t i = 0; i < 3; ++i) direction[i] = static_cast<float>(v[i]);
-}
-
 }  // namespace
 
 const char* btfc_result_name(btfc_result result) {

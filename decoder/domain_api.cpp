@@ -1,6 +1,4 @@
 // The part of the C interface that says what a file was made for.
-#include <algorithm>
-
 #include "decoder/handles.h"
 
 namespace {
@@ -11,10 +9,9 @@ btfc_direction_range range_of(const DirectionRange& r) {
   return {r.theta_least, r.theta_most, r.phi_from, r.phi_width};
 }
 
-btfc_result write_point(const std::vector<DirectionPoint>& points, uint32_t index, float direction[3]) {
-  if (direction == nullptr || index >= points.size()) return bad(nullptr, "");
-  const std::array<double, 3> v = unit_vector(points[index]);
-  std::transform(v.begin(), v.end(), direction, [](double d) { return static_cast<float>(d); });
+btfc_result write_listed(const DomainSide& side, uint32_t index, float direction[3]) {
+  if (direction == nullptr || index >= side.points.size()) return bad(nullptr, "");
+  write_direction(side.points, index, direction);
   return BTFC_OK;
 }
 
@@ -53,9 +50,9 @@ btfc_result btfc_texture_domain(const btfc_texture* texture, btfc_domain* domain
 }
 
 btfc_result btfc_domain_view(const btfc_texture* texture, uint32_t index, float direction[3]) {
-  return texture == nullptr ? bad(nullptr, "") : write_point(texture->domain.views.points, index, direction);
+  return texture == nullptr ? bad(nullptr, "") : write_listed(texture->domain.views, index, direction);
 }
 
 btfc_result btfc_domain_light(const btfc_texture* texture, uint32_t index, float direction[3]) {
-  return texture == nullptr ? bad(nullptr, "") : write_point(texture->domain.lights.points, index, direction);
+  return texture == nullptr ? bad(nullptr, "") : write_listed(texture->domain.lights, index, direction);
 }

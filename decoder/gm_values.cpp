@@ -43,8 +43,10 @@ std::uint32_t gm_most_gates(const Head& head, ByteView parm) {
 Result<Done> gm_select(LoadedItem& item, const Selection& selection) {
   if (selection.period != 0 || selection.relief != 0)
     return bad_argument("the texture is not unbounded: it has no period and no relief");
-  if (!(selection.culling >= 0 && selection.culling <= kGmMostCulling)) {
-    return bad_argument(fmt::format("a culling of {}, expected 0 to {}", selection.culling, kGmMostCulling));
+  if (selection.culling != 0 &&
+      !(selection.culling >= kGmLeastCulling && selection.culling <= kGmMostCulling)) {
+    return bad_argument(fmt::format("a culling of {}, expected {} to {}", selection.culling, kGmLeastCulling,
+                                    kGmMostCulling));
   }
   item.culling = selection.culling;
   for (std::vector<std::uint32_t>& raw : item.map_params) {

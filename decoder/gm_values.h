@@ -15,7 +15,8 @@ namespace btfc {
 // the mixture's outputs; unless the item says otherwise.
 inline constexpr float kGmError = 1e-5f;
 
-inline constexpr float kGmMostCulling = 0.1f;
+// What may be chosen in its place.
+inline constexpr float kGmLeastCulling = 1e-7f, kGmMostCulling = 0.1f;
 
 // Fewer gates than the file has, and another kGmError.
 Result<Done> gm_select(LoadedItem& item, const Selection& selection);

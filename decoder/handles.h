@@ -92,4 +92,11 @@ inline btfc_result bad(btfc_error* error, const char* message) {
   return BTFC_BAD_ARGUMENT;
 }
 
+// A direction of a list; of a model without directions the normal.
+inline void write_direction(const std::vector<DirectionPoint>& points, std::uint32_t index,
+                            float direction[3]) {
+  const std::array<double, 3> v = unit_vector(points.empty() ? DirectionPoint{} : points[index]);
+  for (std::size_t i = 0; i < 3; ++i) direction[i] = static_cast<float>(v[i]);
+}
+
 }  // namespace btfc

@@ -25,8 +25,6 @@ Image picked(const Image& image, const std::vector<std::uint32_t>& channels) {
   return out;
 }
 
-double srgb_of_linear(double v) { return v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055; }
-
 // Codes <-> what is averaged.
 class Averaged {
  public:

@@ -229,6 +229,21 @@ Result<Directions> read_directions(const Head& head, ByteView raw) {
   return d;
 }
 
+std::vector<std::uint32_t> answering_pairs(const Directions& d) {
+  std::vector<std::uint32_t> pairs(d.views.size() * d.lights.size(), kNoPair);
+  for (auto first = d.pairs.begin(); first != d.pairs.end();) {
+    const auto end = std::find_if(first, d.pairs.end(), [&](ViewLight p) { return p.view != first->view; });
+    for (std::size_t light = 0; light < d.lights.size(); ++light) {
+      const auto off = [&](ViewLight p) { return distance(d.lights[light], d.lights[p.light]); };
+      const auto nearest =
+          std::min_element(first, end, [&](ViewLight a, ViewLight b) { return off(a) < off(b); });
+      pairs[first->view * d.lights.size() + light] = static_cast<std::uint32_t>(nearest - d.pairs.begin());
+    }
+    first = end;
+  }
+  return pairs;
+}
+
 DirectionWords append_direction_words(const Directions& d, std::vector<std::uint32_t>& words) {
   DirectionWords at;
   at.views = static_cast<std::uint32_t>(words.size());
@@ -237,18 +252,8 @@ DirectionWords append_direction_words(const Directions& d, std::vector<std::uint
   append_table(d.lights, words);
   if (d.pairs.size() == d.views.size() * d.lights.size()) return at;
   at.pairs = static_cast<std::uint32_t>(words.size());
-  words.resize(words.size() + d.views.size() * d.lights.size());
-  for (auto first = d.pairs.begin(); first != d.pairs.end();) {
-    const auto end = std::find_if(first, d.pairs.end(), [&](ViewLight p) { return p.view != first->view; });
-    for (std::size_t light = 0; light < d.lights.size(); ++light) {
-      const auto off = [&](ViewLight p) { return distance(d.lights[light], d.lights[p.light]); };
-      const auto nearest =
-          std::min_element(first, end, [&](ViewLight a, ViewLight b) { return off(a) < off(b); });
-      words[at.pairs + first->view * d.lights.size() + light] =
-          static_cast<std::uint32_t>(nearest - d.pairs.begin());
-    }
-    first = end;
-  }
+  const std::vector<std::uint32_t> pairs = answering_pairs(d);
+  words.insert(words.end(), pairs.begin(), pairs.end());
   return at;
 }
 

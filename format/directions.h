@@ -50,7 +50,13 @@ struct DirectionWords {
   std::uint32_t pairs = UINT32_MAX;  // UINT32_MAX: the full product, no table
 };
 
-// Appends the tables. A missing pair stands for the pair of the same view whose light is nearest.
+// The pair that each view with each light, at view * lights + light, is answered by (spec/tables.md section
+// 2): itself where it was measured, else that of the same view whose light is nearest. kNoPair where the view
+// has none.
+inline constexpr std::uint32_t kNoPair = UINT32_MAX;
+std::vector<std::uint32_t> answering_pairs(const Directions& directions);
+
+// Appends the tables.
 DirectionWords append_direction_words(const Directions& directions, std::vector<std::uint32_t>& words);
 // How many words that takes, from HEAD's counts alone: room is left for the most triangles that there can be.
 std::uint64_t direction_words(const Head& head);

@@ -42,7 +42,6 @@ Result<Done> check(const DatasetInfo& info) {
       }
     }
   }
-  const DirectionPair* before = nullptr;
   if (!info.weights.empty()) {
     double sum = 0;
     bool positive = info.weights.size() == info.pairs.size();
@@ -57,6 +56,7 @@ Result<Done> check(const DatasetInfo& info) {
           info.weights.size(), info.pairs.size()));
     }
   }
+  const DirectionPair* before = nullptr;
   for (const DirectionPair& pair : info.pairs) {
     if (pair.view >= info.views.size() || pair.light >= info.lights.size()) {
       return bad_argument(fmt::format("an image of view {} and light {}, of {} and {}", pair.view, pair.light,
@@ -80,6 +80,17 @@ void make_full_product(DatasetInfo& info) {
   for (std::uint32_t v = 0; v < info.views.size(); ++v) {
     for (std::uint32_t l = 0; l < info.lights.size(); ++l) info.pairs.push_back({v, l});
   }
+}
+
+Image image_of(const DatasetInfo& info, std::vector<std::uint16_t> codes) {
+  Image image;
+  image.width = info.width;
+  image.height = info.height;
+  image.channels = info.channel_count();
+  image.type = info.type;
+  image.colour_space = info.colour_space;
+  image.codes = std::move(codes);
+  return image;
 }
 
 Result<Dataset> Dataset::create(DatasetInfo info, const std::string& scratch_directory) {
@@ -132,13 +143,7 @@ void Dataset::read_image(std::size_t pair, std::span<std::uint16_t> codes) const
 }
 
 Image Dataset::image(std::size_t pair) const {
-  Image out;
-  out.width = info_.width;
-  out.height = info_.height;
-  out.channels = info_.channel_count();
-  out.type = info_.type;
-  out.colour_space = info_.colour_space;
-  out.codes.resize(info_.image_samples());
+  Image out = image_of(info_, std::vector<std::uint16_t>(info_.image_samples()));
   read_image(pair, out.codes);
   return out;
 }

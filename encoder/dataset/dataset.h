@@ -46,6 +46,9 @@ struct DatasetInfo {
 // pairs = all of views x lights.
 void make_full_product(DatasetInfo& info);
 
+// One image of such a set, of info.image_samples() codes: all channels, no alpha.
+Image image_of(const DatasetInfo& info, std::vector<std::uint16_t> codes);
+
 // Codes are those of Image. Reading is thread-safe; so is writing different images. The samples lie in bands
 // of rows, in each band all pairs one after another: an image is read in pieces of about a page, and all
 // pairs of a texel lie within one band.

@@ -9,6 +9,30 @@
 
 namespace btfc {
 
+void describe_tile(const DatasetInfo& info, Head& head) {
+  head.width = info.width;
+  head.height = info.height;
+  head.views = static_cast<std::uint32_t>(info.views.size());
+  head.lights = static_cast<std::uint32_t>(info.lights.size());
+  head.pairs = static_cast<std::uint32_t>(info.pairs.size());
+  head.wrap_u = head.wrap_v = info.wraps ? Wrap::repeat : Wrap::clamp;
+}
+
+Directions directions_of(const DatasetInfo& info) {
+  Directions d;
+  const auto points = [](const std::vector<Direction>& from) {
+    std::vector<DirectionPoint> to;
+    for (const Direction& direction : from) to.push_back(point_of(direction.theta, direction.phi));
+    return to;
+  };
+  d.views = points(info.views);
+  d.lights = points(info.lights);
+  for (const DirectionPair& pair : info.pairs) {
+    d.pairs.push_back({static_cast<std::uint16_t>(pair.view), static_cast<std::uint16_t>(pair.light)});
+  }
+  return d;
+}
+
 Result<DatasetHead> dataset_head(const DatasetInfo& info, ModelId model) {
   if (info.channel_count() > kMaxChannels) {
     return bad_data(
@@ -17,12 +41,7 @@ Result<DatasetHead> dataset_head(const DatasetInfo& info, ModelId model) {
   DatasetHead result;
   Head& head = result.head;
   head.model = model;
-  head.width = info.width;
-  head.height = info.height;
-  head.views = static_cast<std::uint32_t>(info.views.size());
-  head.lights = static_cast<std::uint32_t>(info.lights.size());
-  head.pairs = static_cast<std::uint32_t>(info.pairs.size());
-  head.wrap_u = head.wrap_v = info.wraps ? Wrap::repeat : Wrap::clamp;
+  describe_tile(info, head);
   head.quantity = info.quantity;
   for (std::uint32_t first = 0; first < info.channel_count(); first += 4) {
     Map map;
@@ -37,17 +56,7 @@ Result<DatasetHead> dataset_head(const DatasetInfo& info, ModelId model) {
     error.rule = "";
     return error;
   }
-  Directions& d = result.directions;
-  const auto points = [](const std::vector<Direction>& from) {
-    std::vector<DirectionPoint> to;
-    for (const Direction& direction : from) to.push_back(point_of(direction.theta, direction.phi));
-    return to;
-  };
-  d.views = points(info.views);
-  d.lights = points(info.lights);
-  for (const DirectionPair& pair : info.pairs) {
-    d.pairs.push_back({static_cast<std::uint16_t>(pair.view), static_cast<std::uint16_t>(pair.light)});
-  }
+  result.directions = directions_of(info);
   return result;
 }
 

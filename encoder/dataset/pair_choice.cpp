@@ -1,6 +1,8 @@
 // Renumbering of the directions that stay.
 #include "encoder/dataset/pair_choice.h"
 
+#include <numeric>
+
 namespace btfc {
 namespace {
 
@@ -17,6 +19,12 @@ std::vector<std::uint32_t> keep(std::vector<Direction>& directions, const std::v
 }
 
 }  // namespace
+
+PairChoice all_pairs_of(const DatasetInfo& all) {
+  PairChoice choice{std::vector<std::size_t>(all.pairs.size()), all.weights};
+  std::iota(choice.pairs.begin(), choice.pairs.end(), std::size_t{0});
+  return choice;
+}
 
 DatasetInfo chosen_info(const DatasetInfo& all, const PairChoice& choice) {
   DatasetInfo info = all;

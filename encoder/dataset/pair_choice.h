@@ -13,6 +13,9 @@ struct PairChoice {
   std::vector<double> weights;     // of those pairs, as in DatasetInfo; empty: all alike
 };
 
+// All of them, as much as they count.
+PairChoice all_pairs_of(const DatasetInfo& all);
+
 // Chooses by directions and pairs alone, so that images of others need not be read.
 using ChoosePairs = std::function<Result<PairChoice>(const DatasetInfo& all)>;
 

@@ -6,7 +6,7 @@
 
 namespace btfc {
 
-// In blocks: one running sum over 10^9 texels loses what lies 10^-8 below their mean.
+// In blocks: the rounding of one running sum grows with its length.
 double mean_of(const FieldPlane& plane) {
   constexpr std::ptrdiff_t kBlock = 1 << 14;
   double sum = 0;

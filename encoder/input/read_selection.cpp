@@ -1,19 +1,13 @@
 // Options of reading -> pairs, channels and texels.
 #include "encoder/input/read_selection.h"
 
-#include <numeric>
-
 #include "encoder/for_each_index.h"
 
 namespace btfc {
 
 Result<PairChoice> pairs_to_read(const DatasetReadOptions& options, const DatasetInfo& all) {
   if (options.choose) return options.choose(all);
-  PairChoice choice;
-  choice.pairs.resize(all.pairs.size());
-  std::iota(choice.pairs.begin(), choice.pairs.end(), std::size_t{0});
-  choice.weights = all.weights;
-  return choice;
+  return all_pairs_of(all);
 }
 
 Result<ImageReduction> reduction_to_read(const DatasetReadOptions& options, const DatasetInfo& info,
@@ -38,14 +32,7 @@ DatasetInfo reduced_info(DatasetInfo info, const ImageReduction& reduction) {
 std::vector<std::uint16_t> reduced_codes(const DatasetInfo& info, std::vector<std::uint16_t> codes,
                                          const ImageReduction& reduction) {
   if (reduction.none()) return codes;
-  Image image;
-  image.width = info.width;
-  image.height = info.height;
-  image.channels = info.channel_count();
-  image.type = info.type;
-  image.colour_space = info.colour_space;
-  image.codes = std::move(codes);
-  return reduced(image, reduction).codes;
+  return reduced(image_of(info, std::move(codes)), reduction).codes;
 }
 
 Result<Dataset> reduced_dataset(Dataset whole, const DatasetReadOptions& options, const std::string& path) {

@@ -7,27 +7,19 @@
 #include <cmath>
 #include <filesystem>
 #include <initializer_list>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 
 #include "encoder/input/directory_files.h"
 #include "encoder/input/image_list.h"
 #include "encoder/input/image_placement.h"
+#include "encoder/input/json_members.h"
 #include "encoder/output/atomic_file.h"
 
 namespace btfc {
 namespace {
 
 using Json = nlohmann::json;
-
-// The first member that is not among the known ones.
-std::optional<std::string> unknown_member(const Json& object, std::initializer_list<std::string_view> known) {
-  for (const auto& [key, value] : object.items()) {
-    if (std::find(known.begin(), known.end(), key) == known.end()) return key;
-  }
-  return std::nullopt;
-}
 
 std::optional<std::vector<double>> finite_numbers(const Json& value, std::size_t count) {
   if (!value.is_array() || value.size() != count) return std::nullopt;

@@ -1,6 +1,5 @@
 // A file of the University of Bonn's BTF formats, mapped into memory, and a cursor over its fields.
 #pragma once
-#include <bit>
 #include <cstdint>
 #include <string>
 
@@ -26,8 +25,6 @@ class Ubo2014File {
   std::string path_;
   ByteView bytes_;
 };
-
-inline float load_f32(const std::uint8_t* p) { return std::bit_cast<float>(load_u32(p)); }
 
 // Reads little-endian fields one after another. The first fault stays: after it every field reads as 0, so
 // that a reader looks at failed() before it trusts a count, and once at its end.

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "encoder/metrics/lab.h"
+
 namespace btfc {
 
 std::vector<float> display_table(SampleType type, ColourSpace colour_space) {
@@ -12,7 +14,7 @@ std::vector<float> display_table(SampleType type, ColourSpace colour_space) {
   for (std::size_t code = 0; code < table.size(); ++code) {
     double v = code_value(type, static_cast<std::uint16_t>(code));
     v = std::isnan(v) ? 0 : std::fmin(std::fmax(v, 0), 1);
-    if (linear) v = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+    if (linear) v = srgb_of_linear(v);
     table[code] = static_cast<float>(v);
   }
   return table;

@@ -9,6 +9,8 @@ namespace btfc {
 
 // The display's curve: sRGB-coded 0 … 1 to linear light (IEC 61966-2-1).
 double linear_of_srgb(double v);
+// And back, of any size.
+double srgb_of_linear(double v);
 
 // L* in 0 … 100, a* and b* in about -110 … 110; white is D65, observer 2 degrees.
 using Lab = std::array<double, 3>;

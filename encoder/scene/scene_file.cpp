@@ -3,12 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <initializer_list>
-#include <nlohmann/json.hpp>
-#include <string_view>
 
+#include "encoder/input/json_members.h"
 #include "encoder/output/atomic_file.h"
 
 namespace btfc {
@@ -19,14 +16,12 @@ using Json = nlohmann::json;
 constexpr double kRadians = std::numbers::pi / 180;
 constexpr double kMostFootprint = 1048576;
 
-std::optional<Error> unknown_member(const Json& object, std::initializer_list<std::string_view> known,
-                                    const std::string& where) {
-  for (const auto& [key, value] : object.items()) {
-    if (std::find(known.begin(), known.end(), key) == known.end())
-      return bad_data(fmt::format("{} has an unknown member '{}', expected some of {}", where, key,
-                                  fmt::join(known.begin(), known.end(), ", ")));
-  }
-  return std::nullopt;
+std::optional<Error> member_fault(const Json& object, std::initializer_list<std::string_view> known,
+                                  const std::string& where) {
+  const std::optional<std::string> key = unknown_member(object, known);
+  if (!key) return std::nullopt;
+  return bad_data(fmt::format("{} has an unknown member '{}', expected some of {}", where, *key,
+                              fmt::join(known.begin(), known.end(), ", ")));
 }
 
 std::optional<double> number_in(const Json& value, double least, double most) {
@@ -68,7 +63,7 @@ Result<std::vector<WeightedDirection>> list_in(const Json& value, const std::str
     const std::string entry = fmt::format("{}[{}]", where, i);
     const bool weighted = value[i].is_object();
     if (weighted) {
-      if (auto fault = unknown_member(value[i], {"direction", "weight"}, entry)) return *fault;
+      if (auto fault = member_fault(value[i], {"direction", "weight"}, entry)) return *fault;
     }
     const Result<Direction> direction =
         direction_in(weighted ? value[i].value("direction", Json()) : value[i], entry);
@@ -82,7 +77,7 @@ Result<std::vector<WeightedDirection>> list_in(const Json& value, const std::str
 
 Result<SceneSide> side_in(const Json& value, const std::string& where) {
   if (!value.is_object()) return bad_data(where + " is no JSON object");
-  if (auto fault = unknown_member(value, {"theta", "phi", "list"}, where)) return *fault;
+  if (auto fault = member_fault(value, {"theta", "phi", "list"}, where)) return *fault;
   SceneSide side;
   if (const auto list = value.find("list"); list != value.end()) {
     if (value.size() > 1) return bad_data(where + " has a 'list' and a range, expected one of them");
@@ -122,7 +117,7 @@ Result<std::vector<ScenePair>> pairs_in(const Json& value, const std::string& wh
   for (std::size_t i = 0; i < value.size(); ++i) {
     const std::string entry = fmt::format("{}[{}]", where, i);
     if (!value[i].is_object()) return bad_data(entry + " is no JSON object");
-    if (auto fault = unknown_member(value[i], {"view", "light", "weight"}, entry)) return *fault;
+    if (auto fault = member_fault(value[i], {"view", "light", "weight"}, entry)) return *fault;
     const Result<Direction> view = direction_in(value[i].value("view", Json()), entry + ".view");
     if (!view) return view.error();
     const Result<Direction> light = direction_in(value[i].value("light", Json()), entry + ".light");
@@ -208,10 +203,10 @@ std::uint32_t Scene::scale_log2() const {
 Result<Scene> parse_scene(const std::string& text, const std::string& name) {
   const Json root = Json::parse(text, nullptr, false);
   if (!root.is_object()) return bad_data(fmt::format("'{}' is no JSON object", name));
-  if (auto fault = unknown_member(root,
-                                  {"views", "lights", "pairs", "weights", "radius", "tolerance", "footprints",
-                                   "region", "channels", "target"},
-                                  fmt::format("'{}'", name)))
+  if (auto fault = member_fault(root,
+                                {"views", "lights", "pairs", "weights", "radius", "tolerance", "footprints",
+                                 "region", "channels", "target"},
+                                fmt::format("'{}'", name)))
     return *fault;
   Scene scene;
   std::optional<Error> fault;

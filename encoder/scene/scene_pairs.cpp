@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 
+#include "encoder/dataset/dataset_head.h"
 #include "encoder/scene/direction_mesh.h"
 
 namespace btfc {
@@ -121,30 +121,12 @@ std::vector<double> table_of_scene(const Scene& scene, const DatasetInfo& info) 
 // Of each pair; what falls on a pair that was not measured goes to the one that stands for it: added up where
 // directions are listed, whose weights say how often each is seen; otherwise all that is needed is alike.
 std::vector<double> weights_of_pairs(const std::vector<double>& table, const DatasetInfo& info, bool listed) {
-  const std::size_t lights = info.lights.size();
-  std::vector<DirectionPoint> points;
-  for (const Direction& d : info.lights) points.push_back(point_of(d.theta, d.phi));
+  const std::vector<std::uint32_t> answers = answering_pairs(directions_of(info));
   std::vector<double> weights(info.pairs.size());
-  for (std::size_t first = 0, end = 0; first < info.pairs.size(); first = end) {
-    const std::uint32_t view = info.pairs[first].view;
-    while (end < info.pairs.size() && info.pairs[end].view == view) ++end;
-    std::vector<std::size_t> pair_of(lights, SIZE_MAX);
-    for (std::size_t p = first; p < end; ++p) pair_of[info.pairs[p].light] = p;
-    for (std::size_t light = 0; light < lights; ++light) {
-      const double weight = table[view * lights + light];
-      if (weight == 0) continue;
-      if (pair_of[light] == SIZE_MAX) {
-        const auto off = [&](std::size_t p) {
-          const DirectionPoint &a = points[light], &b = points[info.pairs[p].light];
-          return std::hypot(double{1} * a.x - b.x, double{1} * a.y - b.y);
-        };
-        std::size_t best = first;
-        for (std::size_t p = first; p < end; ++p) best = off(p) < off(best) ? p : best;
-        pair_of[light] = best;
-      }
-      double& to = weights[pair_of[light]];
-      to = listed ? to + weight : std::max(to, weight);
-    }
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (table[i] == 0 || answers[i] == kNoPair) continue;
+    double& to = weights[answers[i]];
+    to = listed ? to + table[i] : std::max(to, table[i]);
   }
   return weights;
 }
@@ -166,12 +148,8 @@ DomainSide domain_side(const SceneSide& side) {
 }  // namespace
 
 Result<PairChoice> scene_pairs(const Scene& scene, const DatasetInfo& info) {
+  if (!scene.directions()) return all_pairs_of(info);
   PairChoice choice;
-  if (!scene.directions()) {
-    choice.pairs.resize(info.pairs.size());
-    std::iota(choice.pairs.begin(), choice.pairs.end(), std::size_t{0});
-    return choice;
-  }
   const bool listed =
       !scene.pairs.empty() || scene.views.kind == DomainKind::list || scene.lights.kind == DomainKind::list;
   std::vector<double> weights = weights_of_pairs(table_of_scene(scene, info), info, listed);

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "encoder/metrics/dataset_metrics.h"
+#include "encoder/dataset/dataset_head.h"
 #include "format/options.h"
 #include "tools/dataset_part.h"
 #include "tools/setting_family.h"
@@ -34,19 +34,6 @@ struct Fitted {
   Expected measured;
 };
 
-// HEAD of the whole input, as a file of the part has it.
-Head whole_head(Head head, const FitInput& input) {
-  if (input.dataset == nullptr) return head;
-  const DatasetInfo& info = input.dataset->info();
-  head.width = info.width;
-  head.height = info.height;
-  head.views = static_cast<std::uint32_t>(info.views.size());
-  head.lights = static_cast<std::uint32_t>(info.lights.size());
-  head.pairs = static_cast<std::uint32_t>(info.pairs.size());
-  head.wrap_u = head.wrap_v = info.wraps ? Wrap::repeat : Wrap::clamp;
-  return head;
-}
-
 std::string without(const std::string& options, const char* dial) {
   if (dial == nullptr) return options;
   std::string text;
@@ -72,7 +59,9 @@ Result<std::vector<SettingFamily>> families_of(const Trade& trade, const FitInpu
     ByteView bytes(trade.files[p.file].bytes);
     const Result<OpenedFile> file = open_file(memory_source(&bytes));
     if (!file) return file.error();
-    const Head head = whole_head(file->head, input);
+    // HEAD of the whole input, as the file of the part has it.
+    Head head = file->head;
+    if (input.dataset != nullptr) describe_tile(input.dataset->info(), head);
     Bytes parm = file->parm;
     if (p.model->reduced != nullptr) {
       Result<Bytes> reduced = p.model->reduced(head, parm, p.is.knobs);
@@ -209,7 +198,7 @@ Result<Done> Search::fit(const Candidate& candidate) {
   settings.options = parse_options(options_text(family, candidate.dial));
   Result<FitResult> result = fitter(model.id).fit(input_, settings);
   if (!result) return result.error();
-  const Result<Bytes> packed = pack_file(result->chunks);
+  const Result<Bytes> packed = pack_file(result->chunks, {.codec = Codec::raw});  // only to be measured
   if (!packed) return packed.error();
   ByteView bytes(*packed);
   const Result<OpenedFile> file = open_file(memory_source(&bytes));

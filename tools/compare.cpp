@@ -131,8 +131,7 @@ int compare_data(const CompareArguments& a, const MetricOptions& measures) {
     const auto wrote = write_image(a.sheet, comparison_sheet(*reference, *candidate, kSheetPairs));
     if (!wrote) return fail("compare", wrote.error());
   }
-  Json json = dataset_metrics_json(*m);
-  if (m->weighted) json["weighted"] = true;
+  const Json json = dataset_metrics_json(*m);
   if (const auto wrote = a.report.write(dataset_metrics_text(*m), json); !wrote)
     return fail("compare", wrote.error());
   return m->differing_samples == 0 ? kExitOk : kExitDifferent;

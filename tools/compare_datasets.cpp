@@ -42,6 +42,7 @@ Json dataset_metrics_json(const DatasetMetrics& m) {
   json["identical"] = m.differing_samples == 0;
   json["differing_samples"] = m.differing_samples;
   json["samples"] = m.samples;
+  if (m.weighted) json["weighted"] = true;
   json["theta_to_45"] = group_json(m.steep);
   json["theta_above_45"] = group_json(m.grazing);
   json["views"] = Json::array();

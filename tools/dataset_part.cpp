@@ -1,49 +1,24 @@
-// Copying images, and renumbering directions.
+// Copying images.
 #include "tools/dataset_part.h"
 
-#include <algorithm>
 #include <numeric>
-#include <optional>
+
+#include "encoder/dataset/pair_choice.h"
 
 namespace btfc {
-namespace {
-
-// Keeps the directions whose number occurs; numbers become those of the rest.
-std::vector<Direction> keep_used(const std::vector<Direction>& all, std::vector<DirectionPair>& pairs,
-                                 std::uint32_t DirectionPair::*number) {
-  std::vector<std::optional<std::uint32_t>> renumbered(all.size());
-  for (const DirectionPair& pair : pairs) renumbered[pair.*number] = 0;
-  std::vector<Direction> kept;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!renumbered[i]) continue;
-    renumbered[i] = static_cast<std::uint32_t>(kept.size());
-    kept.push_back(all[i]);
-  }
-  for (DirectionPair& pair : pairs) pair.*number = *renumbered[pair.*number];
-  return kept;
-}
-
-}  // namespace
-
 Result<Dataset> dataset_part(const Dataset& whole, const std::vector<std::size_t>& pairs,
                              const TexelWindow& window, const std::string& scratch_directory) {
-  DatasetInfo info = whole.info();
+  PairChoice choice{pairs, {}};
+  if (!whole.info().weights.empty()) {
+    double total = 0;
+    for (const std::size_t p : pairs) total += whole.info().weight(p);
+    for (const std::size_t p : pairs)
+      choice.weights.push_back(whole.info().weight(p) * static_cast<double>(pairs.size()) / total);
+  }
+  DatasetInfo info = chosen_info(whole.info(), choice);
   info.wraps = info.wraps && window.width == info.width && window.height == info.height;
   info.width = window.width;
   info.height = window.height;
-  info.pairs.clear();
-  info.weights.clear();
-  double total = 0;
-  for (const std::size_t p : pairs) {
-    info.pairs.push_back(whole.info().pairs[p]);
-    total += whole.info().weight(p);
-  }
-  if (!whole.info().weights.empty()) {
-    for (const std::size_t p : pairs)
-      info.weights.push_back(whole.info().weight(p) * static_cast<double>(pairs.size()) / total);
-  }
-  info.views = keep_used(info.views, info.pairs, &DirectionPair::view);
-  info.lights = keep_used(info.lights, info.pairs, &DirectionPair::light);
   Result<Dataset> part = Dataset::create(info, scratch_directory);
   if (!part) return part.error();
   std::vector<std::uint16_t> codes(whole.info().image_samples()), cut;

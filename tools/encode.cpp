@@ -62,7 +62,7 @@ Result<Made> fit_auto(const Arguments& a, const FitInput& input, FitSettings set
 Result<Done> add_curve(const Arguments& a, const FitInput& input, Made& made) {
   const Result<Reference> reference = Reference::of(input, a.sources.dataset.scratch);
   if (!reference) return reference.error();
-  const Result<Bytes> file = pack_file(made.fitted.chunks);
+  const Result<Bytes> file = pack_file(made.fitted.chunks, {.codec = Codec::raw});  // only to be measured
   if (!file) return file.error();
   const auto settings = measure_settings(*file, *reference, {.slow = true});
   if (!settings) return settings.error();
@@ -160,8 +160,7 @@ int run(Arguments& a) {
     fitted->chunks.push_back({{kDomn, 0}, write_domain(*domain)});
   }
 
-  fitted->meta["btfc:writer"] = "btfc 0.1.0";
-  fitted->chunks.push_back({{kMeta, kSafeToCopy}, write_meta(fitted->meta)});
+  add_meta(*fitted);
   if (made->curve) fitted->chunks.push_back({{kQual, 0}, write_quality(*made->curve)});
 
   const Result<Bytes> file = pack_file(std::move(fitted->chunks), *pack);

@@ -1,6 +1,7 @@
 // Reading, and refusing options that are of the other kind of input.
 #include "tools/fit_input.h"
 
+#include "btfc/btfc.h"
 #include "encoder/image_file.h"
 #include "encoder/input/directory_files.h"
 #include "encoder/run_on_threads.h"
@@ -9,6 +10,11 @@
 namespace btfc {
 
 bool FitSources::has_dataset() const { return inputs.size() == 1 && is_dataset(inputs[0]); }
+
+void add_meta(FitResult& fitted) {
+  fitted.meta["btfc:writer"] = fmt::format("btfc {}", btfc_version());
+  fitted.chunks.push_back({{kMeta, kSafeToCopy}, write_meta(fitted.meta)});
+}
 
 Result<FitInput> read_maps(const FitSources& s) {
   const Result<std::optional<Scene>> scene = s.dataset.scene();

@@ -18,6 +18,9 @@ struct FitSources {
   bool has_dataset() const;
 };
 
+// The META chunk of what was fitted: how it was made, and by whom.
+void add_meta(FitResult& fitted);
+
 // What is done with the input. images_read: of a data set.
 using UseInput = std::function<Result<Done>(const FitInput& input, std::size_t images_read)>;
 

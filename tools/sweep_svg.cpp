@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/svg_text.h"
 #include "tools/sweep.h"
 
 namespace btfc {
@@ -10,23 +11,6 @@ namespace {
 
 constexpr double kWidth = 720, kHeight = 440, kLeft = 70, kRight = 20, kTop = 50, kBottom = 60;
 constexpr double kPlotWidth = kWidth - kLeft - kRight, kPlotHeight = kHeight - kTop - kBottom;
-
-// Option values are whatever the user typed.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text)
-    out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
-  return out;
-}
-
-// 1, 2 or 5 times a power of ten, so that about `count` steps fill the range.
-double tick_step(double range, double count) {
-  const double rough = range / count, power = std::pow(10, std::floor(std::log10(rough)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * power >= rough) return factor * power;
-  }
-  return 10 * power;
-}
 
 struct Axes {
   double x0, x1, y1;  // y begins at 0
@@ -58,7 +42,7 @@ std::string curve(const Sweep& sweep, const Axes& axes, std::optional<double> (S
 std::string ticks(const Axes& axes) {
   std::string svg;
   const double bottom = kHeight - kBottom;
-  const double step_x = std::max(1.0, tick_step(axes.x1 - axes.x0, 10)), step_y = tick_step(axes.y1, 8);
+  const double step_x = std::max(1.0, round_step(axes.x1 - axes.x0, 10)), step_y = round_step(axes.y1, 8);
   for (double n = std::ceil(axes.x0 / step_x); n * step_x <= axes.x1; ++n) {
     const double v = n * step_x, at = axes.x(v);
     svg += fmt::format(
@@ -96,7 +80,7 @@ std::string sweep_svg(const Sweep& sweep) {
   }
   const double from = static_cast<double>(sweep.range.from);
   const double to = std::max(from + 1, static_cast<double>(sweep.points.back().value));
-  const double step = tick_step(most, 8);
+  const double step = round_step(most, 8);
   const Axes axes = {from, to, step * std::ceil(most / step)};
 
   std::string title = "btfc size --model " + sweep.model;

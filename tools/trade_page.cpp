@@ -7,6 +7,7 @@
 #include <set>
 
 #include "encoder/output/png_bytes.h"
+#include "tools/svg_text.h"
 #include "tools/trade_plot.h"
 
 namespace btfc {

@@ -6,21 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/svg_text.h"
 #include "tools/trade_report.h"
 
 namespace btfc {
 namespace {
 
 constexpr double kWidth = 720, kHeight = 400, kLeft = 58, kRight = 16, kTop = 14, kBottom = 46;
-
-// 1, 2 or 5 times a power of ten, so that there are about `count` steps.
-double round_step(double span, double count) {
-  const double raw = span / count, power = std::pow(10, std::floor(std::log10(raw)));
-  for (const double m : {1.0, 2.0, 5.0}) {
-    if (m * power >= raw) return m * power;
-  }
-  return 10 * power;
-}
 
 struct Axis {
   double low, high, begin, end;  // values (of x: logarithms), and where they lie
@@ -55,24 +47,6 @@ std::vector<double> log_ticks(const Axis& x, bool bytes) {
 }
 
 }  // namespace
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else if (c == '"') {
-      out += "&quot;";
-    } else {
-      out += c;
-    }
-  }
-  return out;
-}
 
 std::string model_class(const ModelFormat& model) {
   return fmt::format("m{}", static_cast<std::uint32_t>(model.id) % kModelCount);

@@ -25,7 +25,4 @@ std::string plot_mark(const ModelFormat& model, double x, double y, double r);
 // The CSS class of a model's points, "m0" to "m9".
 std::string model_class(const ModelFormat& model);
 
-// Text inside of HTML and SVG.
-std::string escaped(const std::string& text);
-
 }  // namespace btfc

@@ -8,6 +8,8 @@
 #include <limits>
 #include <sstream>
 
+#include "tools/fit_input.h"
+
 namespace btfc {
 namespace {
 
@@ -81,8 +83,7 @@ Result<Trade> run_trade(const FitInput& input, const Reference& reference, const
       point.options = line;
       point.file = trade.files.size();
       point.fit_seconds = seconds_since(fit_begin);
-      fitted->meta["btfc:writer"] = "btfc 0.1.0";
-      fitted->chunks.push_back({{kMeta, kSafeToCopy}, write_meta(fitted->meta)});
+      add_meta(*fitted);
       TradeFile file;
       file.chunks = std::move(fitted->chunks);
       Result<Bytes> bytes = pack_file(file.chunks);

@@ -160,4 +160,5 @@ def main():
             print(line)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -10,9 +10,11 @@ struct Accumulation {
   std::string models;  // whose fit takes it
   std::string name, unit;
   double error = 0, bound = 0;  // relative
+  double samples = 0;           // that were added up
 };
 
-// Streams of a constant with tiny offsets, some `samples` long: what is looked for is far below the constant.
+// Streams of a constant with tiny offsets, some `samples` long where they need not be held, else fewer: what
+// is looked for is far below the constant.
 std::vector<Accumulation> accumulations(std::uint64_t samples);
 
 }  // namespace btfc::test

@@ -24,7 +24,7 @@ OptionValues usual_options(const std::string& model) {
   if (model == "pca" || model == "pcarf") return {{"rank", "3"}};
   if (model == "lpca") return {{"rank", "3"}, {"clusters", "2"}};
   if (is_field(model)) {
-    return {{"levels", "2"}, {"order", "2"}, {"clusters", "2"}, {"range", "0"}, {"error", "0.01"}};
+    return {{"levels", "2"}, {"order", "2"}, {"clusters", "2"}, {"range", "0"}, {"error", "0.1"}};
   }
   return {};
 }
@@ -162,9 +162,9 @@ std::vector<Extreme> extremes_of(const std::string& model) {
   }
   list.add("1 channel", Required::decodes, 0, look([](Look& l) { l.channels = 1; }));
   list.add("4 channels", Required::decodes, 0, look([](Look& l) { l.channels = 4; }));
-  // A coupled field of 16 channels has 256 coefficients a neighbour.
+  // Of fields the least: a coupled one of 16 channels has 256 coefficients a neighbour.
   const Look sixteen = look([](Look& l) { l.channels = 16; });
-  if (model == "car3d") {
+  if (fields) {
     list.add("16 channels", Required::decodes, 0, sixteen, {{"levels", "1"}, {"order", "1"}});
   } else {
     list.add("16 channels", model == "gm" ? Required::refused : Required::decodes, 0, sixteen);

@@ -182,10 +182,14 @@ class Maker {
       for (const float v : *all) largest = std::max(largest, std::fabs(static_cast<double>(v)));
     }
     row["largest"] = fmt::format("{:.9g}", largest);
-    row["finite"] = finite(values.values) && finite(values.whole) && finite(flushed.answers.values) &&
-                    finite(flushed.answers.whole);
-    row["flushed"] = std::max(worst_of(values.values, flushed.answers.values),
-                              worst_of(values.whole, flushed.answers.whole));
+    bool all_finite = true;
+    double moved = 0;
+    for (const auto part : {&Answers::values, &Answers::batch, &Answers::whole}) {
+      all_finite = all_finite && finite(values.*part) && finite(flushed.answers.*part);
+      moved = std::max(moved, worst_of(values.*part, flushed.answers.*part));
+    }
+    row["finite"] = all_finite;
+    row["flushed"] = moved;
     bool equal = true;
     for (const std::size_t threads : {2u, 8u})
       equal = equal && ask_on_threads(texture.get(), queries, threads) == values;
@@ -281,8 +285,12 @@ int print_fits() {
 int print_sums(std::uint64_t samples) {
   Json all = Json::array();
   for (const Accumulation& a : accumulations(samples))
-    all.push_back(
-        {{"models", a.models}, {"name", a.name}, {"unit", a.unit}, {"error", a.error}, {"bound", a.bound}});
+    all.push_back({{"models", a.models},
+                   {"name", a.name},
+                   {"unit", a.unit},
+                   {"error", a.error},
+                   {"bound", a.bound},
+                   {"samples", a.samples}});
   std::printf("%s\n", all.dump(0).c_str());
   return 0;
 }

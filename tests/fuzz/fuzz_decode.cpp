@@ -1,5 +1,5 @@
-// Fuzz target: a file loaded at a level, with a period and a relief, and decoded in every way: no value that
-// is not finite, none left unwritten, and the same twice.
+// Fuzz target: a file loaded at a level, with a period and a relief or with fewer gates, and decoded in every
+// way: no value that is not finite, none left unwritten, and the same twice.
 #include <cmath>
 #include <vector>
 
@@ -132,6 +132,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::uint8_t unbounded = choices.u8();
   if (info.unbounded != 0 && unbounded < 64) selection.period = 1u << (4 + unbounded % 6);
   if (info.unbounded != 0 && unbounded % 4 == 1) selection.relief = choices.u8() % 8u;
+  if (info.gates != 0 && unbounded % 4 == 2) selection.gates = 1 + choices.below(info.gates);
+  if (info.culls != 0 && unbounded % 8 == 3) selection.culling = 0.01f;
   btfc_texture* loaded = nullptr;
   const btfc_result result = btfc_texture_load(opened, &selection, &loaded, &error);
   const TexturePtr texture(loaded);

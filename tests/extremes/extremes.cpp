@@ -28,6 +28,7 @@ using Json = nlohmann::ordered_json;
 // How far what was fitted is from what comes out, of the largest original value.
 struct Distance {
   double worst = 0, mean = 0, rms = 0;
+  double largest = 0;  // original value
 };
 
 Distance from_dataset(const Dataset& set, const btfc_texture* texture) {
@@ -67,7 +68,7 @@ Distance from_dataset(const Dataset& set, const btfc_texture* texture) {
     }
   }
   const double unit = largest > 0 ? largest : 1;
-  return {worst / unit, std::fabs(sum - wanted_sum) / count / unit, std::sqrt(squares / count) / unit};
+  return {worst / unit, std::fabs(sum - wanted_sum) / count / unit, std::sqrt(squares / count) / unit, largest};
 }
 
 // A model of images has a picture of its own: what was synthesised.
@@ -128,6 +129,7 @@ class Maker {
       const TexturePtr texture = load(*file);
       const Distance d =
           e.dataset ? from_dataset(*e.dataset, texture.get()) : from_picture(fitted->side_images, *file);
+      row["largest"] = std::max(row["largest"].get<double>(), d.largest);
       row["worst"] = d.worst;
       row["mean"] = d.mean;
     }
@@ -181,7 +183,7 @@ class Maker {
     for (const auto* all : {&values.values, &values.batch, &values.whole}) {
       for (const float v : *all) largest = std::max(largest, std::fabs(static_cast<double>(v)));
     }
-    row["largest"] = fmt::format("{:.9g}", largest);
+    row["largest"] = largest;
     bool all_finite = true;
     double moved = 0;
     for (const auto part : {&Answers::values, &Answers::batch, &Answers::whole}) {

@@ -75,6 +75,36 @@ void open_reader(Objects& o, Choices& choices) {
   if (made != nullptr && !small_enough(made)) o.reader.reset();
 }
 
+// What the file says it is worth, and a selection of a point of it.
+void choose(Objects& o, Choices& choices, btfc_selection& selection) {
+  btfc_quality_info info{};
+  btfc_error error{};
+  btfc_result result = btfc_reader_quality(o.reader.get(), &info, nullptr, 0, &error);
+  check_error(result, error);
+  if (result != BTFC_OK) return;
+  std::vector<btfc_quality_point> points(choices.u8() % 8u);
+  FUZZ_CHECK(btfc_reader_quality(o.reader.get(), &info, points.data(), points.size(), &error) == BTFC_OK);
+  FUZZ_CHECK((info.points == 0) == (info.measures == 0));
+  for (std::size_t i = 0; i < points.size() && i < info.points; ++i) {
+    FUZZ_CHECK(points[i].psnr_db <= 200 && points[i].distance >= 0 && std::isfinite(points[i].rate) &&
+               std::isfinite(points[i].mae_lab));
+  }
+  btfc_wanted wanted{};
+  wanted.struct_size = kBadArguments && choices.u8() == 255 ? 4 : sizeof wanted;
+  const std::uint8_t kind = choices.u8();
+  if (kind % 2) wanted.psnr_db = kind < 128 ? static_cast<float>(kind % 64u) : choices.f32();
+  if (kind % 4 == 2) wanted.distance = choices.f32();
+  if (kind % 8 == 4) wanted.operations = number(choices);
+  if (!kBadArguments && (kind % 8 == 0 || info.points == 0)) return;
+  const btfc_selection before = selection;
+  btfc_quality_point point{};
+  result = btfc_choose(o.reader.get(), &wanted, &selection, choices.u8() % 2 ? &point : nullptr, &error);
+  check_error(result, error);
+  FUZZ_CHECK(result == BTFC_OK || result == BTFC_BAD_ARGUMENT);
+  FUZZ_CHECK(selection.period == before.period && selection.relief == before.relief);
+  if (result != BTFC_OK) FUZZ_CHECK(selection.levels == before.levels && selection.gates == before.gates);
+}
+
 void load_texture(Objects& o, Choices& choices) {
   if (o.reader == nullptr) return;
   o.plan.reset();
@@ -86,6 +116,9 @@ void load_texture(Objects& o, Choices& choices) {
   const std::uint8_t kind = choices.u8();
   if (kind < 32) selection.period = number(choices);
   if (kind % 4 == 3) selection.relief = number(choices);
+  if (kind % 8 == 5) selection.gates = number(choices);
+  if (kind % 8 == 6) selection.culling = choices.u8() % 2 ? 0.01f : choices.f32();
+  if (kind > 239) choose(o, choices, selection);
   btfc_texture* made = nullptr;
   btfc_error error{};
   const btfc_result result =
@@ -127,6 +160,28 @@ void describe(const btfc_texture* t, Choices& choices) {
   std::uint32_t v = 0, l = 0;
   check_map(btfc_texture_pair(t, pair, &v, &l), pair < btfc_texture_pairs(t));
   FUZZ_CHECK(v < btfc_texture_views(t) && l < btfc_texture_lights(t));
+}
+
+void domain(const btfc_texture* t, Choices& choices) {
+  btfc_domain d{};
+  FUZZ_CHECK(btfc_texture_domain(t, &d) == BTFC_OK);
+  FUZZ_CHECK(d.views <= BTFC_DOMAIN_PAIRS && d.lights <= BTFC_DOMAIN_PAIRS && d.scale != 0);
+  FUZZ_CHECK(d.tolerance >= 0 && d.radius >= 0 && d.footprint_least <= d.footprint_most);
+  const std::uint32_t view = index(choices, d.view_count), light = index(choices, d.light_count);
+  float direction[3] = {};
+  if (view < d.view_count || kBadArguments)
+    check_map(btfc_domain_view(t, view, direction), view < d.view_count);
+  if (light < d.light_count || kBadArguments)
+    check_map(btfc_domain_light(t, light, direction), light < d.light_count);
+  for (const float c : direction) FUZZ_CHECK(std::isfinite(c));
+  float look[2][3];
+  const std::uint8_t kind = choices.u8();
+  for (float& c : look[0]) c = kind < 64 ? choices.f32() : static_cast<std::int8_t>(choices.u8()) / 64.0f;
+  for (float& c : look[1]) c = kind % 2 ? choices.f32() : static_cast<std::int8_t>(choices.u8()) / 64.0f;
+  const float footprint = kind % 4 ? static_cast<float>(choices.u8()) : choices.f32();
+  const std::uint32_t covered = btfc_covers(t, look[0], look[1], footprint);
+  FUZZ_CHECK((covered & ~BTFC_COVERS_ALL) == 0);
+  FUZZ_CHECK(covered == btfc_covers(t, look[0], look[1], footprint));
 }
 
 void eval(Objects& o, Choices& choices) {
@@ -265,22 +320,23 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   while (choices.left() > 0) {
     const std::uint8_t call = choices.u8();
     const btfc_texture* t = o.texture.get();
-    if (call % 16 == 0) open_reader(o, choices);
-    if (call % 16 == 1) load_texture(o, choices);
-    if (call % 16 == 2) chunks(o, choices);
-    if (call % 16 == 3) o.reader.reset();  // a texture does not need it
+    if (call % 17 == 0) open_reader(o, choices);
+    if (call % 17 == 1) load_texture(o, choices);
+    if (call % 17 == 2) chunks(o, choices);
+    if (call % 17 == 3) o.reader.reset();  // a texture does not need it
     if (t == nullptr) continue;
-    if (call % 16 == 4) {
+    if (call % 17 == 4) {
       o.scratch.reset(btfc_scratch_new(t));
       FUZZ_CHECK(o.scratch != nullptr);
     }
-    if (call % 16 == 5) o.scratch.reset();
-    if (call % 16 == 6) describe(t, choices);
-    if (call % 16 == 7 || call % 16 == 8) eval(o, choices);
-    if (call % 16 == 9 || call % 16 == 10) texels(o, choices);
-    if (call % 16 == 11 || call % 16 == 12) rect(o, choices);
-    if (call % 16 == 13 || call % 16 == 14) gpu(o, choices);
-    if (call % 16 == 15) words(t, choices);
+    if (call % 17 == 5) o.scratch.reset();
+    if (call % 17 == 6) describe(t, choices);
+    if (call % 17 == 7 || call % 17 == 8) eval(o, choices);
+    if (call % 17 == 9 || call % 17 == 10) texels(o, choices);
+    if (call % 17 == 11 || call % 17 == 12) rect(o, choices);
+    if (call % 17 == 13 || call % 17 == 14) gpu(o, choices);
+    if (call % 17 == 15) words(t, choices);
+    if (call % 17 == 16) domain(t, choices);
   }
   FUZZ_CHECK(!o.reads.outside);
   FUZZ_CHECK(btfc_gpu_plan_get(nullptr) == nullptr && btfc_scratch_new(nullptr) == nullptr);

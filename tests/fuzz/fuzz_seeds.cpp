@@ -6,6 +6,8 @@
 #include <fstream>
 #include <iterator>
 
+#include "format/domain.h"
+#include "format/quality_curve.h"
 #include "tests/fuzz/fuzz_input.h"
 #include "tests/mutation.h"
 
@@ -69,6 +71,36 @@ void write_chunks(const fs::path& folder, const Seed& seed, const Bytes& file) {
   }
 }
 
+// The file's chunks, and a domain and a curve that say something in every field.
+std::vector<RawChunk> with_ancillaries(const Seed& seed, Random& random) {
+  std::vector<RawChunk> chunks = seed.chunks;
+  Domain domain;
+  domain.views.kind = static_cast<DomainKind>(random.below(4));
+  domain.lights.kind =
+      domain.views.kind == DomainKind::pairs ? DomainKind::pairs : static_cast<DomainKind>(random.below(3));
+  for (DomainSide* side : {&domain.views, &domain.lights}) {
+    if (side->kind == DomainKind::range) side->range = {0.1f, 1.2f, 0.5f, 3.0f};
+    if (side->kind >= DomainKind::list) side->points = {{0, 0}, {1 << 20, -(1 << 21)}};
+  }
+  domain.radius = 0.1f;
+  domain.scale_log2 = 1;
+  domain.footprint_least = 1;
+  domain.footprint_most = 8;
+  chunks.push_back({{kDomn, 0}, write_domain(domain)});
+  QualityCurve curve;
+  curve.measures = kAllQualityMeasures;
+  for (std::uint32_t i = 0; i < 3; ++i)
+    curve.points.push_back({{i, i == 1 ? 1u : 0u, i == 2 ? 0.01f : 0.0f},
+                            20.0f + static_cast<float>(i),
+                            2,
+                            0.5f,
+                            0.25f,
+                            100 * i + 1,
+                            7});
+  chunks.push_back({{kQual, 0}, write_quality(curve)});
+  return chunks;
+}
+
 int run(const fs::path& vectors, const fs::path& out) {
   std::vector<fs::path> paths;
   for (const auto& entry : fs::recursive_directory_iterator(vectors)) {
@@ -103,6 +135,13 @@ int run(const fs::path& vectors, const fs::path& out) {
           for (const char* target : {"open", "differential"}) write_seed(out / target, packed_name, input);
         }
       }
+    }
+    if (const Result<Bytes> more = pack_file(with_ancillaries(*seed, random)); more) {
+      Bytes input = *more;
+      for (std::size_t i = 0; i < fuzz::kChoiceBytes; ++i)
+        input.push_back(static_cast<std::uint8_t>(random.next()));
+      for (const char* target : {"open", "decode", "api", "differential"})
+        write_seed(out / target, name + ".stated", input);
     }
     write_seed(out / "params", name, parameters_of(*seed));
     write_chunks(out / "chunk", *seed, seed->file);

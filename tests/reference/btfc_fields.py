@@ -489,7 +489,10 @@ class Car(TableModel):
         return np.concatenate(off, 1), np.concatenate(size, 1)
 
     def _in_values(self, moved):
-        """What moving factors by so much (subspace, factor) does to values at most."""
+        """What moving factors by so much (subspace, factor) does to values at most; infinite where the window of `exact`
+        is too small to say."""
+        if not np.isfinite(moved).all():
+            return math.inf
         if self.K:
             steep = abs(np.diff(self.tables, axis=2)).max(2) * (self.K - 1) / 6
             moved = np.where(moved > 0, moved * self.scales * steep, 0)

@@ -64,9 +64,6 @@ class File:
             self.item = reference.open_item(stream)
         self.size = max(case["largest"], LEAST_NORMAL)
         self.fitted = case["required"] != "made"
-        # Where the reference cannot bound what margins leave out, what the file states decides alone.
-        if math.isinf(getattr(self.item.model, "margin_error", 0.0)):
-            self.item.model.margin_error = 0.0
 
     def expected(self, query, view, light):
         head, model = self.item.head, self.item.model
@@ -90,6 +87,9 @@ class File:
     def errors(self):
         """Kind of query -> worst error and whether all are within what is allowed; exactly equal where no value is made."""
         worst, seconds_each = {}, self.item.head.unbounded
+        # Where the reference cannot bound what margins leave out, what the file states decides alone.
+        if math.isinf(getattr(self.item.model, "margin_error", 0.0)):
+            self.item.model.margin_error = 0.0
         for query in self.case["queries"]:
             if seconds_each and query["kind"] in worst:
                 continue

@@ -176,7 +176,9 @@ std::string error_text(const TradePoint& p) {
   const std::optional<double> v = p.judged();
   if (!v) return "no measure";
   if (p.keeps_texels()) return fmt::format("{:.2f} dB", -*v);
-  return fmt::format("{} {:.4f}", judged_by(p.is.error, false), *v);
+  std::string name = judged_by(p.is.error, false);
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return fmt::format("{} {:.4f}", name, *v);
 }
 
 }  // namespace btfc

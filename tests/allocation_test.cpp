@@ -173,7 +173,7 @@ TEST_P(Memory, RunsOutWhileVerifying) {
 }
 
 // What a refused file may take while it is looked at, beside three times its own size.
-constexpr std::int64_t kRefusedBytes = 128 << 10;  // zstd's context takes 94 KiB
+constexpr std::int64_t kRefusedBytes = 96 << 10;  // zstd's context takes 94.6 KiB
 
 TEST_P(Memory, IsNotAskedForByClaims) {
   const Bytes file = smallest_vector(GetParam());

@@ -165,13 +165,15 @@ TEST(PairWeights, ReportedErrorsAreWeighted) {
 }
 
 // Twelve orders of magnitude: files are whole, pairs that count nothing do not disturb those that do, and
-// what is shown of them stays within a few times the largest value.
+// what is shown of them stays within the largest value.
 TEST(PairWeights, OfAnySizeGiveFiniteFiles) {
   const auto extreme = [](const DirectionPair& pair) { return heavy(pair) ? 1e6 : 1e-6; };
   const Dataset none = make_btf(info_of({}), bumpy), weighted = make_btf(info_of(extreme), bumpy);
   for (const Case& c : cases()) {
     const std::vector<double> with = errors(none, encode(c.model, weighted, c.options));
-    EXPECT_LT(*std::max_element(with.begin(), with.end()), 16) << name_of(c);
+    // Without polynomials a lobe of plm is not held where nothing counts.
+    const bool loose = c.model == std::string("plm") && c.options.contains("polynomial");
+    EXPECT_LT(*std::max_element(with.begin(), with.end()), loose ? 4 : 1) << name_of(c);
   }
   // The fit of the pairs that count alone.
   DatasetInfo few = info_of({});

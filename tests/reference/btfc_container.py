@@ -342,14 +342,13 @@ class File:
         require(head.raw_bytes <= MAX_HEAD, "D12", f"HEAD has {head.raw_bytes} bytes")
         self.head = parse_head(self.raw(head), models)
         model = models[self.head.model]
-        if parm:
-            require(parm.raw_bytes <= MAX_PARM, "D12", f"PARM has {parm.raw_bytes} bytes")
-            self.model = model(self.head, self.raw(parm))
+        require(parm, "D12", "PARM is missing")
+        require(parm.raw_bytes <= MAX_PARM, "D12", f"PARM has {parm.raw_bytes} bytes")
+        self.model = model(self.head, self.raw(parm))
         known = {b"HEAD", b"PARM", *ANCILLARY} | model.TYPES
         for e in self.entries:
             require(not e.flags & CRITICAL or e.type in known, "D11", f"unknown critical chunk {e.name()}",
                     "unsupported")
-        require(parm, "D12", "PARM is missing")
 
         # DIRS and HEAD are critical without being payload, all others that a model demands are both.
         head_demand = Demand(b"HEAD", 32 + 32 * len(self.head.maps), flags=CRITICAL)

@@ -1136,8 +1136,8 @@ class SceneTest(CommandTest):
         camera = {"position": [0, 0, 100], "look_at": [0, 0, 0], "up": [0, 1, 0], "fov": 2}
         scene, told = self.seen(surface=mesh, image=[64, 64], cameras=[camera], lights=[{"direction": [0.5, 0, 1]}])
         frame = 2 * 100 * math.tan(math.radians(1))  # of the lower square's plane
-        # A row and a column of pixels more or less.
-        self.assertAlmostEqual(told["pixels"] / 4096, (2 / frame) ** 2, delta=0.02)
+        # The lower square, 2 of the frame's 3.49 units, holds the centres of 36 x 36 pixels.
+        self.assertEqual(told["pixels"], 36 * 36)
         # In shadow and seen from above: what the upper square's shadow, shifted by half a unit, leaves uncovered.
         self.assertAlmostEqual(told["samples"] / told["pixels"], 1 - 0.5 / 4, delta=0.02)
         for pair in scene["pairs"]:
@@ -1181,7 +1181,8 @@ class TradeoffTest(CommandTest):
         self.assertEqual((told["pairs"], told["left_out"]), (6561, []))
         for p in points:
             self.assertEqual(p["judged_by"], "psnr_db")
-            self.assertTrue(p["psnr_db"] > 5 and p["payload_bytes"] > 0 and p["cost"]["reads"] > 0)
+            self.assertTrue(p["payload_bytes"] > 0 and p["cost"]["reads"] > 0)
+            self.assertTrue(p["psnr_db"] > (5 if p["levels"] else 10))
         coded = [p for p in points if p["options"] == "--precision u8"]
         self.assertEqual([p["levels"] for p in coded], [0, 2, 1])
         self.assertEqual(len({p["file"] for p in coded}), 1)  # one fit shows all of them

@@ -294,6 +294,8 @@ TEST(Dirs, RoundTripAndRules) {
   bad = good;
   store_u32(&bad[0], 0x80000000u);
   EXPECT_EQ(rule(bad), "V3");
+  store_u32(&bad[4], 0x80000000u);  // whose squares do not fit together into 64 bits
+  EXPECT_EQ(rule(bad), "V3");
   const std::size_t pairs = 8 * (19 + 7);
   bad = good;
   store_u16(&bad[pairs], 19);

@@ -24,7 +24,7 @@ OptionValues usual_options(const std::string& model) {
   if (model == "pca" || model == "pcarf") return {{"rank", "3"}};
   if (model == "lpca") return {{"rank", "3"}, {"clusters", "2"}};
   if (is_field(model)) {
-    return {{"levels", "2"}, {"order", "2"}, {"clusters", "2"}, {"range", "0"}, {"error", "0.1"}};
+    return {{"levels", "2"}, {"order", "2"}, {"clusters", "2"}, {"range", "0"}, {"error", "0.01"}};
   }
   return {};
 }

@@ -68,7 +68,8 @@ Distance from_dataset(const Dataset& set, const btfc_texture* texture) {
     }
   }
   const double unit = largest > 0 ? largest : 1;
-  return {worst / unit, std::fabs(sum - wanted_sum) / count / unit, std::sqrt(squares / count) / unit, largest};
+  return {worst / unit, std::fabs(sum - wanted_sum) / count / unit, std::sqrt(squares / count) / unit,
+          largest};
 }
 
 // A model of images has a picture of its own: what was synthesised.

@@ -50,6 +50,11 @@ for program in found/consumer_c found/consumer_cpp by_pkg_config_c by_pkg_config
   [ "${expected:=$line}" = "$line" ] || fail "$program disagrees"
 done
 
+# The command finds the library that it loads for pictures.
+btfc=$work/usr/$(cached CMAKE_INSTALL_BINDIR)/btfc
+"$btfc" synth grain --size 32x32 -o "$work/grain.png" && "$btfc" encode "$work/grain.png" --model patch --size 32x32 -o "$work/grain.btfc" ||
+  fail "the installed command"
+
 # One frame drawn by Vulkan, of installed files alone; 5: no device here.
 if [ -x "$work/found/consumer_frame" ]; then
   code=0

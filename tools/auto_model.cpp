@@ -1,6 +1,8 @@
 // Predicting from a part, fitting the whole, learning from what was off.
 #include "tools/auto_model.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "encoder/model_table.h"
-#include "tools/command.h"
+#include "tools/json.h"
 #include "tools/measure_file.h"
 
 namespace btfc {

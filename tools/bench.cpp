@@ -1,5 +1,9 @@
 // btfc bench: decode rates of the CPU through the public interface, beside a copy of the same bytes, and of
 // the shader, beside plain fetches.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
 #include "tools/command.h"
 #include "tools/decode_rates.h"
 #include "tools/texture_file.h"

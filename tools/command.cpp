@@ -1,45 +1,24 @@
 // Shared parts of the verbs.
 #include "tools/command.h"
 
-#include <unistd.h>
+#include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <cstdio>
-#include <memory>
 
 #include "encoder/output/atomic_file.h"
 
 namespace btfc {
-
-int fail(const std::string& verb, const Error& error) {
-  const std::string rule = *error.rule != '\0' ? fmt::format(" [{}]", error.rule) : "";
-  fmt::print(stderr, "btfc {}: {}{}\n", verb, error.message, rule);
-  switch (error.status) {
-    case Status::ok:
-      return kExitOk;
-    case Status::bad_argument:
-      return kExitUsage;
-    case Status::io:
-      return kExitIo;
-    case Status::invalid_file:
-      return kExitInvalid;
-    case Status::out_of_memory:
-    case Status::failed:
-      return kExitFailed;
-    case Status::limit:
-    case Status::unsupported:
-      return kExitUnsupported;
-  }
-  return kExitFailed;
-}
 
 void Report::attach(CLI::App& app) {
   option_ = app.add_option("--json", path_, "results as JSON, on standard output or to FILE")
                 ->expected(0, 1)
                 ->type_name("[FILE]");
 }
+
+bool Report::json_to_stdout() const { return option_ != nullptr && option_->count() > 0 && path_.empty(); }
 
 void Report::give_back(std::string& input) {
   if (input.empty() && !path_.empty()) std::swap(input, path_);
@@ -57,24 +36,6 @@ Result<Done> Report::write(const std::string& text, const Json& json) const {
   }
   if (std::fflush(stdout) != 0) return io_error("could not write to standard output");
   return Done{};
-}
-
-std::function<void(std::size_t, std::size_t)> progress_line(const std::string& what) {
-  if (isatty(STDERR_FILENO) == 0) return {};
-  using Clock = std::chrono::steady_clock;
-  auto last = std::make_shared<Clock::time_point>(Clock::now());
-  return [what, last](std::size_t done, std::size_t total) {
-    const auto now = Clock::now();
-    if (done != total && now - *last < std::chrono::milliseconds(100)) return;
-    *last = now;
-    fmt::print(stderr, "\r{} {:3}%{}", what, total == 0 ? 100 : 100 * done / total,
-               done == total ? "\r\033[K" : "");
-  };
-}
-
-std::function<void(const std::string&)> note_line() {
-  if (isatty(STDERR_FILENO) == 0) return {};
-  return [](const std::string& state) { fmt::print(stderr, "\r\033[K{}\n", state); };
 }
 
 void add_model_options(CLI::App& verb, const ModelFormat& model, std::span<const OptionSpec> options,

@@ -1,10 +1,10 @@
-// What the verbs of the command share: exit codes, output of results, and how a verb registers itself.
+// What the verbs of the command share: output of results, and how a verb registers itself.
+// A verb's own file includes CLI11: in every file that needs none of it, it would be most of what compiling
+// takes.
 #pragma once
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,31 +13,22 @@
 #include "format/bytes.h"
 #include "format/container.h"
 #include "format/result.h"
+#include "tools/exit_code.h"
+#include "tools/json.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
 
 namespace btfc {
-
-using Json = nlohmann::ordered_json;
-
-// Exit codes of the command, the same for all verbs.
-enum ExitCode {
-  kExitOk = 0,
-  kExitUsage = 1,
-  kExitIo = 2,
-  kExitInvalid = 3,
-  kExitFailed = 4,
-  kExitUnsupported = 5,
-  kExitDifferent = 7
-};
-
-// Prints "btfc VERB: sentence [rule]" to standard error and returns the exit code that fits.
-int fail(const std::string& verb, const Error& error);
 
 // Where a verb's results go: text to standard output, JSON instead of it (--json) or beside it (--json FILE).
 class Report {
  public:
   // Adds --json [FILE] to a verb.
   void attach(CLI::App& app);
-  bool json_to_stdout() const { return option_ != nullptr && option_->count() > 0 && path_.empty(); }
+  bool json_to_stdout() const;
   // `--json x.btfc` swallows a verb's only input; this hands it back where `input` is empty.
   void give_back(std::string& input);
   // Prints text (a line feed is added) or JSON, as asked.
@@ -47,11 +38,6 @@ class Report {
   CLI::Option* option_ = nullptr;
   std::string path_;
 };
-
-// A progress line on standard error, on a terminal only.
-std::function<void(std::size_t done, std::size_t total)> progress_line(const std::string& what);
-// Lines in words, likewise.
-std::function<void(const std::string& state)> note_line();
 
 // Registers a model's options with a verb; what is given lands in values. An option that several models share
 // is registered once.

@@ -1,4 +1,7 @@
 // btfc compare: how far two images or two data sets are apart.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -17,6 +20,7 @@
 #include "tools/contact_sheet.h"
 #include "tools/dataset_input.h"
 #include "tools/file_source.h"
+#include "tools/progress.h"
 #include "tools/scene_input.h"
 #include "tools/texture_dataset.h"
 #include "tools/texture_file.h"

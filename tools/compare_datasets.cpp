@@ -1,6 +1,8 @@
 // What compare says of two data sets.
 #include "tools/compare_datasets.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace btfc {

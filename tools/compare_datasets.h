@@ -3,7 +3,7 @@
 #include <string>
 
 #include "encoder/metrics/dataset_metrics.h"
-#include "tools/command.h"
+#include "tools/json.h"
 
 namespace btfc {
 

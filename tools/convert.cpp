@@ -1,10 +1,14 @@
 // btfc convert: data sets from any format that is read to one that is written, whole or as tiles.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
 #include <chrono>
 
 #include "encoder/input/directory_files.h"
 #include "encoder/run_on_threads.h"
 #include "encoder/tiling/tile_search.h"
 #include "format/options.h"
+#include "tools/command.h"
 #include "tools/dataset_input.h"
 #include "tools/dataset_output.h"
 

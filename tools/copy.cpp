@@ -1,4 +1,8 @@
 // btfc copy and models: another packing of the same chunks; the list of models.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
 #include "encoder/output/atomic_file.h"
 #include "format/container.h"
 #include "tools/command.h"

@@ -1,7 +1,12 @@
 // Reading data sets for the verbs.
 #include "tools/dataset_input.h"
 
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
 #include "format/options.h"
+#include "tools/progress.h"
 
 namespace btfc {
 namespace {

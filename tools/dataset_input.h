@@ -5,7 +5,11 @@
 
 #include "encoder/input/dataset_read.h"
 #include "encoder/scene/scene_pairs.h"
-#include "tools/command.h"
+#include "tools/json.h"
+
+namespace CLI {
+class App;
+}
 
 namespace btfc {
 

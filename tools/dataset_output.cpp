@@ -5,8 +5,8 @@
 #include "encoder/input/directory_files.h"
 #include "encoder/output/btf_exr_write.h"
 #include "encoder/output/ubo2003_write.h"
-#include "tools/command.h"
 #include "tools/contact_sheet.h"
+#include "tools/progress.h"
 
 namespace btfc {
 

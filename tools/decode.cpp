@@ -1,5 +1,8 @@
 // btfc decode: a file's maps, or a region of them, as images. Decodes in bands: the texture is never held
 // whole.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <functional>

@@ -1,5 +1,6 @@
 // btfc_demo OUT_DIR: four procedural materials through encoder and decoder; prints a table, writes a picture
 // and the files.
+#include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <chrono>
@@ -9,7 +10,7 @@
 #include "encoder/output/atomic_file.h"
 #include "encoder/synth/texture_synth.h"
 #include "format/container.h"
-#include "tools/command.h"
+#include "tools/exit_code.h"
 #include "tools/texture_file.h"
 
 namespace {

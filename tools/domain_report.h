@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "format/domain.h"
-#include "tools/command.h"
+#include "tools/json.h"
 
 namespace btfc {
 

@@ -1,4 +1,7 @@
 // btfc encode: images in, one file out.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
 #include <chrono>
 
 #include "encoder/image_file.h"
@@ -10,6 +13,7 @@
 #include "tools/command.h"
 #include "tools/fit_input.h"
 #include "tools/measure_file.h"
+#include "tools/progress.h"
 #include "tools/quality_report.h"
 #include "tools/scene_input.h"
 #include "tools/size_report.h"

@@ -1,10 +1,13 @@
 // Reading, and refusing options that are of the other kind of input.
 #include "tools/fit_input.h"
 
+#include <fmt/format.h>
+
 #include "btfc/btfc.h"
 #include "encoder/image_file.h"
 #include "encoder/input/directory_files.h"
 #include "encoder/run_on_threads.h"
+#include "format/limits.h"
 #include "tools/scene_input.h"
 
 namespace btfc {

@@ -1,4 +1,8 @@
 // btfc info, verify and size: what a file holds, whether it keeps the rules, and the formula with no file.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
 #include "encoder/output/atomic_file.h"
 #include "format/container.h"
 #include "tools/command.h"

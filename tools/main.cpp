@@ -1,4 +1,7 @@
 // The btfc command: one verb a file, see command.h.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <new>

@@ -1,6 +1,8 @@
 // What the curve has, and only that.
 #include "tools/quality_report.h"
 
+#include <fmt/format.h>
+
 namespace btfc {
 
 Json quality_json(const QualityCurve& curve) {

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "format/quality_curve.h"
-#include "tools/command.h"
+#include "tools/json.h"
 
 namespace btfc {
 

@@ -1,4 +1,7 @@
 // btfc render: a lit shape that shows a texture, drawn by the texture's own fragment shader.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -13,6 +16,7 @@
 #include "tools/environment.h"
 #include "tools/exact_texture.h"
 #include "tools/file_source.h"
+#include "tools/progress.h"
 #include "tools/render_shapes.h"
 #include "tools/texture_file.h"
 #include "tools/vulkan_render.h"

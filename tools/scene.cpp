@@ -1,4 +1,8 @@
 // btfc scene: scene files made from what a camera sees.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
 #include "encoder/output/atomic_file.h"
 #include "tools/command.h"
 #include "tools/file_source.h"

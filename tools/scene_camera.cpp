@@ -1,6 +1,8 @@
 // Pixels cast at a surface, sorted into cells of directions.
 #include "tools/scene_camera.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/command.h"
+#include "tools/json.h"
 #include "tools/scene_surface.h"
 
 namespace btfc {

@@ -1,6 +1,8 @@
 // Scenes applied to images and options.
 #include "tools/scene_input.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "encoder/image_reduction.h"

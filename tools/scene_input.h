@@ -6,7 +6,6 @@
 
 #include "encoder/model_table.h"
 #include "encoder/scene/scene_file.h"
-#include "tools/command.h"
 
 namespace btfc {
 

@@ -1,6 +1,8 @@
 // Integers first, then the rates that follow from them.
 #include "tools/size_report.h"
 
+#include <fmt/format.h>
+
 namespace btfc {
 
 Json value_of(const Parameter& parameter) {

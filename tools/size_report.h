@@ -1,7 +1,7 @@
 // The numbers of a file or of parameters alone, as `info` and `size` print them.
 #pragma once
 #include "format/container.h"
-#include "tools/command.h"
+#include "tools/json.h"
 
 namespace btfc {
 

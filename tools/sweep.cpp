@@ -1,6 +1,8 @@
 // The formula point by point; rows of a table, members of JSON.
 #include "tools/sweep.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "tools/size_report.h"

@@ -4,7 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "tools/command.h"
+#include "format/model_table.h"
+#include "format/options.h"
+#include "format/result.h"
+#include "tools/json.h"
 
 namespace btfc {
 

@@ -1,5 +1,7 @@
 // A sweep as a picture: bits per texel, or of a BTF the ratio, over the option: the formula's curve and the
 // paper's.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 

@@ -1,4 +1,8 @@
 // btfc synth: test material, textures and BTFs.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
 #include "encoder/image_file.h"
 #include "encoder/input/directory_files.h"
 #include "encoder/output/btf_exr_write.h"
@@ -8,6 +12,7 @@
 #include "encoder/synth/texture_synth.h"
 #include "format/options.h"
 #include "tools/command.h"
+#include "tools/progress.h"
 
 namespace btfc {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "encoder/for_each_index.h"
 #include "encoder/input/read_selection.h"
-#include "tools/command.h"
+#include "tools/progress.h"
 
 namespace btfc {
 namespace {

@@ -1,6 +1,8 @@
 // Fronts, winners, and how they are written down.
 #include "tools/trade_report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace btfc {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/command.h"
+#include "tools/json.h"
 #include "tools/trade_points.h"
 
 namespace btfc {

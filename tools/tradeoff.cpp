@@ -1,10 +1,14 @@
 // btfc tradeoff: settings of all models against each other: size, error, speed.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <filesystem>
 
 #include "encoder/output/atomic_file.h"
 #include "tools/command.h"
 #include "tools/fit_input.h"
+#include "tools/progress.h"
 #include "tools/trade_page.h"
 
 namespace btfc {

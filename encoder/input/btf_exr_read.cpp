@@ -357,7 +357,7 @@ class PartReader {
 
   Result<std::vector<std::uint16_t>> read(int part) const {
     std::vector<std::uint16_t> codes(std::size_t{crop_.width} * crop_.height * places_.size());
-    exr_decode_pipeline_t pipeline = EXR_DECODE_PIPELINE_INITIALIZER;
+    exr_decode_pipeline_t pipeline = {};
     last_message.clear();
     Result<Done> done = read_chunks(part, pipeline, codes);
     exr_decoding_destroy(file_.context(), &pipeline);

@@ -15,10 +15,10 @@ namespace {
 
 std::string shape_of(const ImageFile& file) {
   constexpr std::size_t kShown = 8;
-  const auto& names = file.channels;
+  const std::span names(file.channels);
   return fmt::format("{}x{} texels of {} {} channels ({}{})", file.image.width, file.image.height,
                      file.image.channels, name_of(file.image.type),
-                     fmt::join(names.begin(), names.begin() + std::min(names.size(), kShown), ", "),
+                     fmt::join(names.first(std::min(names.size(), kShown)), ", "),
                      names.size() > kShown ? ", …" : "");
 }
 

@@ -219,7 +219,7 @@ ZoneTemplate zone_template(const BoundaryZone& zone, const SearchPlanes& sample)
   ZoneTemplate out;
   for (const auto& [run, values] : pieces) {
     const std::uint32_t row_words = (run.length + texels - 1) / texels;
-    const auto goes_on = [&](const ZoneTemplate::Block& b) {
+    const auto goes_on = [&, &run = run](const ZoneTemplate::Block& b) {
       const std::uint32_t words = b.rows * row_words * channels;
       return b.u == run.u && b.width == run.length && b.v + b.rows == run.v && words < kWordsALook &&
              words + row_words * channels <= sample.words_a_sum();

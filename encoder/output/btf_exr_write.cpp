@@ -214,7 +214,7 @@ class ImagePacker {
     Packed packed;
     packed.pair = pair;
     const Bytes samples = samples_of(dataset_, pair);
-    exr_encode_pipeline_t pipeline = EXR_ENCODE_PIPELINE_INITIALIZER;
+    exr_encode_pipeline_t pipeline = {};
     exr_result_t result = EXR_ERR_SUCCESS;
     const auto height = static_cast<int>(dataset_.info().height);
     for (int y = 0; y < height && result == EXR_ERR_SUCCESS; y += packed.chunk_lines) {

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <memory>
 
-#include "encoder/image_file.h"
 #include "encoder/input/directory_files.h"
 #include "encoder/metrics/display_values.h"
+#include "encoder/oiio/image_module.h"
 #include "encoder/output/atomic_file.h"
 
 namespace btfc {
@@ -57,7 +57,7 @@ class PendingProxy : public OIIO::Filesystem::IOProxy {
 
 }  // namespace
 
-Result<Done> write_image_rows(const std::string& path, const ImageHeader& header, const RowSource& rows) {
+Result<Done> oiio_write_rows(const std::string& path, const ImageHeader& header, const RowSource& rows) {
   const std::string kind = file_extension(path);
   const bool png = kind == "png", exr = kind == "exr";
   if (!png && !exr)
@@ -104,26 +104,6 @@ Result<Done> write_image_rows(const std::string& path, const ImageHeader& header
   }
   if (!output->close()) return io_error(fmt::format("could not write '{}': {}", path, output->geterror()));
   return pending->commit();
-}
-
-Result<Done> write_image(const std::string& path, const Image& image,
-                         const std::vector<std::string>& channel_names) {
-  const ImageHeader header{image.width,        image.height, image.channels, image.type,
-                           image.colour_space, image.alpha,  channel_names};
-  return write_image_rows(path, header,
-                          [&](std::uint32_t y, std::uint32_t count, std::uint8_t* out) -> Result<Done> {
-                            const std::size_t begin = image.index(0, y, 0),
-                                              samples = std::size_t{count} * image.width * image.channels;
-                            for (std::size_t i = 0; i < samples; ++i) {
-                              const std::uint16_t code = image.codes[begin + i];
-                              if (image.type == SampleType::unorm8) {
-                                out[i] = static_cast<std::uint8_t>(code);
-                              } else {
-                                store_u16(out + 2 * i, code);
-                              }
-                            }
-                            return Done{};
-                          });
 }
 
 }  // namespace btfc

@@ -1,15 +1,15 @@
-// Through OpenImageIO, as image files are written.
-#include "encoder/output/png_bytes.h"
-
+// PNG files in memory, as image files are written.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <memory>
 
+#include "encoder/oiio/image_module.h"
+
 namespace btfc {
 
-Result<Bytes> png_bytes(const Image& image) {
+Result<Bytes> oiio_png(const Image& image) {
   const OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height),
                              static_cast<int>(image.channels), OIIO::TypeDesc::UINT8);
   Bytes file;

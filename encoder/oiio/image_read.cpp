@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "encoder/colour_primaries.h"
-#include "encoder/image_file.h"
 #include "encoder/input/radiance_read.h"
+#include "encoder/oiio/image_module.h"
 #include "encoder/output/atomic_file.h"
 #include "format/limits.h"
 
@@ -95,7 +95,7 @@ Result<ImageFile> read_radiance_image(const std::string& path, std::uint32_t max
 
 }  // namespace
 
-Result<ImageFile> read_image_file(const std::string& path, std::uint32_t max_channels) {
+Result<ImageFile> oiio_read(const std::string& path, std::uint32_t max_channels) {
   // By our own reader: OpenImageIO keeps the raster as stored, and 2.4 swaps two of the eight orders.
   if (is_radiance(path)) return read_radiance_image(path, max_channels);
   OIIO::ImageSpec config;
@@ -165,12 +165,6 @@ Result<ImageFile> read_image_file(const std::string& path, std::uint32_t max_cha
   }
   image.colour_space = colour_space_of_file(spec, image.type);
   return ImageFile{std::move(image), spec.channelnames};
-}
-
-Result<Image> read_image(const std::string& path, std::uint32_t max_channels) {
-  Result<ImageFile> named = read_image_file(path, max_channels);
-  if (!named) return named.error();
-  return std::move(named->image);
 }
 
 }  // namespace btfc

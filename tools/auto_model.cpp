@@ -170,7 +170,8 @@ class Search {
   }
   std::string name(const Candidate& c) const {
     const SettingFamily& f = families_[c.family];
-    return f.model + " " + options_text(f, c.dial);
+    const std::string options = options_text(f, c.dial);
+    return options.empty() ? f.model : f.model + " " + options;
   }
   Json json_of(const Expected& e) const {
     return {{by_distance() ? "texture_distance" : "psnr_db", by_distance() ? -e.quality : e.quality},

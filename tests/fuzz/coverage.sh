@@ -11,5 +11,5 @@ ninja -C "$build" btfc_fuzz_replay
 LLVM_PROFILE_FILE=$build/fuzz.profraw "$build/tests/fuzz/btfc_fuzz_replay" "$@"
 llvm-profdata-14 merge -sparse "$build/fuzz.profraw" -o "$build/fuzz.profdata"
 llvm-cov-14 report "$build/tests/fuzz/btfc_fuzz_replay" -instr-profile="$build/fuzz.profdata" \
-  --show-region-summary=false --show-branch-summary=false "$source/format" "$source/decoder"
+  --show-region-summary=false --show-branch-summary=false -ignore-filename-regex='/(encoder|shaders|tests)/|^/usr/'
 echo "lines that no input reaches: llvm-cov-14 show $build/tests/fuzz/btfc_fuzz_replay -instr-profile=$build/fuzz.profdata FILE"

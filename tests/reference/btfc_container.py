@@ -334,14 +334,15 @@ class File:
         return offsets, end
 
     def _read_description(self, models):
-        first = {}
-        for e in self.entries:
-            first.setdefault(e.type, e)
-        head, parm = first.get(b"HEAD"), first.get(b"PARM")
+        def found(kind, flags):
+            return next((e for e in self.entries if e.key == (kind, 0, 0, 0) and e.flags == flags), None)
+
+        head = found(b"HEAD", CRITICAL)
         require(head, "D12", "HEAD is missing")
         require(head.raw_bytes <= MAX_HEAD, "D12", f"HEAD has {head.raw_bytes} bytes")
         self.head = parse_head(self.raw(head), models)
         model = models[self.head.model]
+        parm = found(b"PARM", CRITICAL | PAYLOAD)
         require(parm, "D12", "PARM is missing")
         require(parm.raw_bytes <= MAX_PARM, "D12", f"PARM has {parm.raw_bytes} bytes")
         self.model = model(self.head, self.raw(parm))

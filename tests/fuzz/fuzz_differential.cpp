@@ -59,7 +59,11 @@ class Reference {
   }
   std::string line() {
     char text[256] = "";
-    if (fgets(text, sizeof text, from_) == nullptr) return "nothing";
+    // libFuzzer's clock interrupts what waits.
+    while (fgets(text, sizeof text, from_) == nullptr) {
+      if (std::ferror(from_) == 0 || errno != EINTR) return "nothing";
+      std::clearerr(from_);
+    }
     return std::string(text).substr(0, std::strcspn(text, "\n"));
   }
 

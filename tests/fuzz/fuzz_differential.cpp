@@ -1,5 +1,6 @@
 // Fuzz target: the library and the reference reader, which was written from the spec alone, about the same
 // file: accepted by both, or refused by both as invalid or as unsupported.
+#include <errno.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>

@@ -30,7 +30,6 @@ except ImportError:
 BTFC, SOURCE = None, files.ROOT
 USAGE, IO, INVALID, UNSUPPORTED, DIFFERENT = 1, 2, 3, 5, 7
 NOBODY = 65534
-SHADERS = "long, and shaders are not built with sanitizers"
 HEIGHT = 8000  # of the widest texture that is encoded
 
 SIZE_KEYS = {"model", "format_version", "width", "height", "channels", "views", "lights", "pairs", "payload_bits",
@@ -1286,7 +1285,6 @@ class RenderTest(CommandTest):
             self.assertEqual(files.read_png(self.path("out.png"))[:4], (40, 24, 3, 8))
             self.assertGreater(len(set(files.read_png(self.path("out.png"))[4])), 20)
 
-    @unittest.skipIf(os.environ.get("BTFC_SANITIZED"), SHADERS)
     def test_fragments_are_what_the_decoder_gives(self):
         """A pixel a texel, head-on, for a file of each model."""
         vectors = Path(SOURCE) / "tests/vectors"
@@ -1309,7 +1307,6 @@ class RenderTest(CommandTest):
             self.assertLessEqual(max(abs(a - b) for a, b in zip(shown, wanted)), 1)
         self.ok("render", path, "--crop", "2,1,4,4", "-o", self.path("out.png"), "--size", "16x16")
 
-    @unittest.skipIf(os.environ.get("BTFC_SANITIZED"), SHADERS)
     def test_cosines(self):
         """Values that have the light's cosine do not get it again, but below the lowest measured light."""
         for quantity, wanted in (("reflectance", {0: 0.5, 60: 0.25, 80: 0.5 * math.cos(math.radians(80))}),
@@ -1332,7 +1329,6 @@ class RenderTest(CommandTest):
         self.assertEqual(self.render(path, "--light", "180,0")(16, 16), 0)
         self.assertEqual(self.render(path, "--light", "90,0")(6, 16), 0)
 
-    @unittest.skipIf(os.environ.get("BTFC_SANITIZED"), SHADERS)
     def test_frames_of_light_and_view(self):
         """On a ball, lit from the viewer: both directions lean towards its middle."""
         for axis in (0, 1):

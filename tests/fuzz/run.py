@@ -48,7 +48,7 @@ class Run:
     def start(self, a):
         line = [a.build / "tests/fuzz" / f"fuzz_{self.target}", self.folder, a.work / "seeds" / self.target,
                 HERE / "corpus" / self.target, f"-artifact_prefix={self.folder}/../{self.target}-", "-max_len=16384",
-                "-timeout=300", "-rss_limit_mb=2048", "-print_final_stats=1", "-use_value_profile=1", "-reload=0"]
+                "-timeout=60", "-rss_limit_mb=2048", "-print_final_stats=1", "-use_value_profile=1", "-reload=0"]
         log = open(a.work / f"{self.target}.log", "a")
         line = [str(part) for part in line if not isinstance(part, Path) or part.exists()]
         self.process = subprocess.Popen(line, stdout=log, stderr=log)

@@ -54,6 +54,14 @@ done
 btfc=$work/usr/$(cached CMAKE_INSTALL_BINDIR)/btfc
 "$btfc" synth grain --size 32x32 -o "$work/grain.png" && "$btfc" encode "$work/grain.png" --model patch --size 32x32 -o "$work/grain.btfc" ||
   fail "the installed command"
+# It is that library alone which needs the image libraries, and without it all but pictures works.
+if readelf -d "$btfc" | grep -q OpenImageIO; then fail "the command itself needs OpenImageIO"; fi
+rm "$libdir/btfc/btfc_images.so"
+"$btfc" verify "$work/grain.btfc" >"$work/log" || fail "verify without the library for pictures"
+code=0
+"$btfc" decode "$work/grain.btfc" -o "$work/none.png" 2>"$work/log" || code=$?
+[ $code = 4 ] && grep -q "the library that does it is missing" "$work/log" && [ ! -e "$work/none.png" ] ||
+  fail "no library for pictures: exit $code, $(cat "$work/log")"
 
 # One frame drawn by Vulkan, of installed files alone; 5: no device here.
 if [ -x "$work/found/consumer_frame" ]; then

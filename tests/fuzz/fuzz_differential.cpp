@@ -54,13 +54,13 @@ class Reference {
   void send(ByteView bytes) {
     while (!bytes.empty()) {
       const ssize_t wrote = write(to_, bytes.data(), bytes.size());
+      if (wrote < 0 && errno == EINTR) continue;  // libFuzzer's clock interrupts what waits
       FUZZ_CHECK(wrote > 0);
       bytes = bytes.subspan(static_cast<std::size_t>(wrote));
     }
   }
   std::string line() {
     char text[256] = "";
-    // libFuzzer's clock interrupts what waits.
     while (fgets(text, sizeof text, from_) == nullptr) {
       if (std::ferror(from_) == 0 || errno != EINTR) return "nothing";
       std::clearerr(from_);

@@ -1,9 +1,13 @@
-// Fuzz target: the codec of chunks, META and arrays of numbers, each from bytes and back.
+// Fuzz target: the codec of chunks, META and arrays of numbers, each from bytes and back; and a model's
+// options as text, which `size` takes.
+#include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "format/chunk_codec.h"
 #include "format/coded_rows.h"
 #include "format/meta.h"
+#include "format/model_table.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {
@@ -52,6 +56,33 @@ void rows(Choices& choices, ByteView bytes) {
   }
 }
 
+// Lines of name=value: what is described is a HEAD that reads back, and its layout a sum that agrees.
+void options(Choices& choices, ByteView bytes) {
+  const ModelFormat& model = models()[choices.below(kModelCount)];
+  OptionValues values;
+  for (auto at = bytes.begin(); at != bytes.end();) {
+    const auto end = std::find(at, bytes.end(), '\n'), middle = std::find(at, end, '=');
+    values[std::string(at, middle)] = middle == end ? std::string() : std::string(middle + 1, end);
+    at = end == bytes.end() ? end : end + 1;
+  }
+  const Result<ItemDescription> item = model.describe(values);
+  if (!item) {
+    FUZZ_CHECK(!item.error().message.empty());
+    return;
+  }
+  FUZZ_CHECK(item->head.model == model.id && read_head(write_head(item->head)));
+  const Result<Layout> layout = model.layout(item->head, item->parm);
+  if (!layout) {
+    FUZZ_CHECK(!layout.error().message.empty());
+    return;
+  }
+  std::uint64_t payload = 0;
+  for (const ChunkSpec& chunk : layout->chunks) {
+    if (chunk.key.flags & kPayload) payload += chunk.raw_bytes;
+  }
+  FUZZ_CHECK(layout->formula_bits == 8 * payload);
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -59,9 +90,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::uint8_t what = choices.u8();
   Choices parameters(choices.take(5));
   const ByteView bytes = choices.take(choices.left());
-  if (what % 4 == 0) codec(parameters, bytes);
-  if (what % 4 == 1) codec_both_ways(parameters, bytes);
-  if (what % 4 == 2) meta(bytes);
-  if (what % 4 == 3) rows(parameters, bytes);
+  if (what % 5 == 0) codec(parameters, bytes);
+  if (what % 5 == 1) codec_both_ways(parameters, bytes);
+  if (what % 5 == 2) meta(bytes);
+  if (what % 5 == 3) rows(parameters, bytes);
+  if (what % 5 == 4) options(parameters, bytes);
   return 0;
 }

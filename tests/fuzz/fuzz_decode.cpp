@@ -158,5 +158,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (tiles && what % 2 == 0) many_queries(loaded, scratch.get(), q, choices);
   if (tiles && what % 4 != 1)
     rectangle(loaded, scratch.get(), q, 1 + choices.u8() % 24u, 1 + choices.u8() % 8u, sample);
+  // A whole image, which has a way of its own.
+  if (info.unbounded == 0 && what % 4 == 1 && std::uint64_t{info.width} * info.height <= 1024) {
+    q.x = q.y = 0;
+    rectangle(loaded, scratch.get(), q, info.width, info.height, sample);
+  }
   return 0;
 }

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t kSampleViews = 12, kSamplePairs = 1000;
 constexpr std::uint32_t kSampleSide = 128;
-constexpr std::size_t kLadderSteps = 3, kMostFits = 4;
+constexpr std::size_t kLadderSteps = 3, kMostFits = 8;
 constexpr double kNearDb = 0.5;
 
 // A setting of a family, and what is expected of it. Without a dial the number is 0.
@@ -73,6 +73,7 @@ Result<std::vector<SettingFamily>> families_of(const Trade& trade, const FitInpu
     const Result<Layout> layout = p.model->layout(head, parm);
     if (!layout) return layout.error();
     FamilyPoint point;
+    point.own = p.is.knobs.levels == 0;
     point.is.quality = -*judged;
     point.is.bytes = static_cast<double>(payload_bytes(*layout));
     const std::optional<TexelCost> cost = layout->prepared_cost ? layout->prepared_cost : layout->cost;
@@ -91,7 +92,7 @@ Result<std::vector<SettingFamily>> families_of(const Trade& trade, const FitInpu
   }
   std::vector<SettingFamily> list;
   for (auto& [key, family] : families) {
-    family.points = best_points(std::move(family.points));
+    family.points = telling_points(std::move(family.points));
     list.push_back(std::move(family));
   }
   return list;
@@ -183,6 +184,7 @@ class Search {
     return {{"model", f.model}, {"options", options_text(f, c.dial)}, {"predicted", json_of(c.expected)}};
   }
   Result<Done> fit(const Candidate& candidate);
+  void doubt_others();
   std::optional<std::size_t> chosen() const;
 
   const FitInput& input_;
@@ -193,7 +195,7 @@ class Search {
   std::vector<Fitted> fits_;
 };
 
-// Fits the whole input, measures, and shifts the family's prediction.
+// Fits the whole input, measures, and mends what the family predicts.
 Result<Done> Search::fit(const Candidate& candidate) {
   SettingFamily& family = families_[candidate.family];
   const ModelFormat& model = *find_model(family.model);
@@ -217,10 +219,20 @@ Result<Done> Search::fit(const Candidate& candidate) {
   const std::optional<TexelCost> cost = layout.prepared_cost ? layout.prepared_cost : layout.cost;
   const Expected measured = {-*judged, static_cast<double>(file->directory.header.payload_bytes),
                              cost ? static_cast<double>(cost->operations) : 0};
-  family.quality_off += measured.quality - candidate.expected.quality;
-  family.bytes_off += measured.bytes - candidate.expected.bytes;
+  family.learn(candidate.dial, measured);
   fits_.push_back({candidate, *std::move(result), measured});
+  doubt_others();
   return Done{};
+}
+
+// A part is easier to fit than the whole: what the predictions of all fitted families were too good by at the
+// least, the others' are taken to be too.
+void Search::doubt_others() {
+  double least = -HUGE_VAL;
+  for (const SettingFamily& f : families_) {
+    for (const FamilyPoint& p : f.off) least = std::max(least, p.is.quality);
+  }
+  for (SettingFamily& f : families_) f.doubt = std::min(least, 0.0);
 }
 
 // Of what is good enough: for PSNR the smallest, else the best.

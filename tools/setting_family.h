@@ -14,24 +14,27 @@ struct Expected {
 struct FamilyPoint {
   double dial = 0;
   Expected is;
+  bool own = true;  // a fit of its own; else a part of a larger one, which its own might beat
 };
 
 // The settings of a model that differ in its dial alone (Fitter::dial), or one setting of a model without.
 struct SettingFamily {
-  std::string model, options;             // options: without the dial
-  std::string dial;                       // its name; empty: none, and one point
-  std::vector<FamilyPoint> points;        // by rising dial
-  double quality_off = 0, bytes_off = 0;  // what a fit of the whole input has shown predictions to be off by
+  std::string model, options;       // options: without the dial
+  std::string dial;                 // its name; empty: none, and one point
+  std::vector<FamilyPoint> points;  // by rising dial
+  std::vector<FamilyPoint> off;  // by rising dial: how fits of the whole input differ from the points' line
+  double doubt = 0;              // added to quality until there is such a fit
 
   // Between points, and by their ends' slopes beyond: quality over the logarithm of the dial, where it is
-  // nearly straight; bytes and operations over the dial itself.
+  // nearly straight; bytes and operations over the dial itself. What it is off by likewise.
   Expected at(double dial) const;
   double least_dial() const;
   double most_dial() const;
+  // What a fit of the whole input came to.
+  void learn(double dial, const Expected& measured);
 };
 
-// Leaves the points that a line between two others does not pass above, so that settings which a fit of its
-// own would do better do not count. points: in any order.
-std::vector<FamilyPoint> best_points(std::vector<FamilyPoint> points);
+// By rising dial, of each the best; fits of their own alone where there are several. points: in any order.
+std::vector<FamilyPoint> telling_points(std::vector<FamilyPoint> points);
 
 }  // namespace btfc

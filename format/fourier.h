@@ -19,7 +19,7 @@ class Fourier {
  private:
   std::size_t n_;
   std::vector<std::size_t> reversed_;          // the bits of 0 … n-1 in reverse order
-  std::vector<std::complex<double>> twiddle_;  // exp(-2 pi i k / n), k < n / 2
+  std::vector<std::complex<double>> twiddle_;  // for h = 1, 2, … n / 2: exp(-pi i k / h), k < h
 };
 
 }  // namespace btfc

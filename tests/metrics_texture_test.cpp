@@ -197,8 +197,9 @@ TEST(ColourMarginals, AShiftCountsInDeviations) {
   for (std::size_t q = 0; q < a.codes.size(); ++q)
     b.codes[a.codes.size() - 1 - q] = static_cast<std::uint16_t>(a.codes[q] + 30);
   const ColourAxes axes = colour_axes(std::span(&a, 1));
-  EXPECT_NEAR(marginal_distances(axes, a, b)[0], 30 / 255.0 / axes.deviations[0], 1e-6);
-  EXPECT_EQ(marginal_distances(axes, a, a)[0], 0);
+  const ColourMarginals of_a = colour_marginals(axes, a), of_b = colour_marginals(axes, b);
+  EXPECT_NEAR(marginal_distances(of_a, of_b)[0], 30 / 255.0 / axes.deviations[0], 1e-6);
+  EXPECT_EQ(marginal_distances(of_a, of_a)[0], 0);
 }
 
 TEST(TextureDistances, TellMaterialsFromSamples) {
@@ -255,15 +256,18 @@ TEST(TextureDistances, AreMeansOverQuadrants) {
     return stsim2(stsim_features(luma_of(a), 32), stsim_features(luma_of(b), 32));
   };
   const ColourAxes axes = colour_axes(own);
+  const auto first_distance = [&](const Image& a, const Image& b) {
+    return marginal_distances(colour_marginals(axes, a), colour_marginals(axes, b))[0];
+  };
   AgainstCeiling stsim, first_axis;
   for (std::size_t i = 0; i < 4; ++i) {
     for (const Image& other : others) {
       stsim.value += similarity(own[i], other) / 8;
-      first_axis.value += marginal_distances(axes, own[i], other)[0] / 8;
+      first_axis.value += first_distance(own[i], other) / 8;
     }
     for (std::size_t j = 0; j < i; ++j) {
       stsim.ceiling += similarity(own[i], own[j]) / 6;
-      first_axis.ceiling += marginal_distances(axes, own[i], own[j])[0] / 6;
+      first_axis.ceiling += first_distance(own[i], own[j]) / 6;
     }
   }
   const auto d = texture_distances(reference, candidate);
@@ -282,6 +286,24 @@ TEST(TextureDistances, AreMeansOverQuadrants) {
                              copy->stsim2_ratio()}) {
     EXPECT_NEAR(ratio, 0.75, 1e-9);
   }
+}
+
+TEST(TextureDistances, AKeptReferenceSaysTheSameOfCandidatesOfAnySize) {
+  const Image image = sample("bricks", 1, 256, 128);
+  const TextureReference reference(image);
+  for (const std::uint32_t side : {200u, 128u, 70u, 16u}) {
+    const Image candidate = sample("grain", 1, side, side);
+    const auto one = texture_distances(image, candidate), two = reference.distances(candidate);
+    ASSERT_TRUE(one && two);
+    EXPECT_EQ(one->crop, two->crop);
+    for (const auto m : {&TextureDistances::marginals, &TextureDistances::spectrum,
+                         &TextureDistances::autocorrelation, &TextureDistances::stsim2}) {
+      EXPECT_EQ(((*one).*m).value, ((*two).*m).value);
+      EXPECT_EQ(((*one).*m).ceiling, ((*two).*m).ceiling);
+    }
+  }
+  EXPECT_FALSE(reference.distances(noise(15, 64, 3, SampleType::unorm8)));
+  EXPECT_FALSE(TextureReference(noise(20, 20, 3, SampleType::unorm8)).distances(image));
 }
 
 TEST(TextureDistances, ConstantsOddSizesAndTypesAreDefined) {

@@ -105,8 +105,10 @@ class Table:
         whole_path, whole = self.encode("car", *options)
         for scene in SCENES:
             self.head(f"car, scene {scene}")
+            same = self.encode(f"car-s{scene}-same", *options, "--clusters", whole["clusters"], scene=scene)
             for what, (path, said) in (("unrestricted", (whole_path, whole)),
-                                       ("restricted", self.encode(f"car-s{scene}", *options, scene=scene))):
+                                       ("restricted", self.encode(f"car-s{scene}", *options, scene=scene)),
+                                       ("restricted, as many subspaces", same)):
                 m = self.compare(path, scene, "mae_lab")
                 self.row(f"car {what}", path, said, scene, m)
                 print(f"| colour distance {m['colour_distance']:.4f}, spectrum distance "

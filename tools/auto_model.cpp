@@ -347,7 +347,8 @@ Result<AutomaticFit> fit_automatically(const FitInput& input, const FitSettings&
     if (options.models.empty()) continue;
     options.seed = settings.seed;
     options.threads = settings.threads;
-    options.steps = kLadderSteps;
+    options.steps =
+        input.dataset != nullptr ? kLadderSteps : 0;  // textures are fitted and measured in seconds
     options.measure = {.rate_seconds = 0};
     options.note = settings.note;
 

@@ -6,7 +6,6 @@
 
 #include "encoder/metrics/dataset_metrics.h"
 #include "encoder/metrics/display_values.h"
-#include "encoder/metrics/texture_distance.h"
 #include "tools/dataset_part.h"
 #include "tools/texture_dataset.h"
 
@@ -79,17 +78,15 @@ std::uint64_t prefix_bytes(const Directory& directory, std::uint32_t levels) {
 
 }  // namespace
 
-Result<double> texture_distance_of(const Image& reference, const Image& candidate) {
-  const Result<TextureDistances> d = texture_distances(reference, candidate);
-  if (!d) return d.error();
-  return (d->marginals.ratio() + d->spectrum.ratio() + d->autocorrelation.ratio() + d->stsim2_ratio()) / 4;
+double texture_distance_of(const TextureDistances& d) {
+  return (d.marginals.ratio() + d.spectrum.ratio() + d.autocorrelation.ratio() + d.stsim2_ratio()) / 4;
 }
 
 Result<Reference> Reference::of(const FitInput& input, const std::string& scratch_directory) {
   Reference r;
   r.scratch_ = scratch_directory;
   if (input.dataset == nullptr) {
-    r.image_ = input.maps[0].image;
+    r.image_.emplace(input.maps[0].image);
     return r;
   }
   const Dataset& all = *input.dataset;
@@ -111,9 +108,9 @@ Result<MeasuredError> Reference::measure(const Head& head, const btfc_texture* t
   if (!btf()) {
     const Result<Image> decoded = decode_map(texture, 0);
     if (!decoded) return decoded.error();
-    const Result<double> distance = texture_distance_of(image_, *decoded);
-    if (!distance) return distance.error();
-    out.texture_distance = if_finite(*distance);
+    const Result<TextureDistances> distances = image_->distances(*decoded);
+    if (!distances) return distances.error();
+    out.texture_distance = if_finite(texture_distance_of(*distances));
     return out;
   }
   const auto compared = [&](const Dataset& against, const MetricOptions& options) -> Result<GroupMetrics> {
@@ -139,7 +136,7 @@ Result<MeasuredError> Reference::measure(const Head& head, const btfc_texture* t
   return out;
 }
 
-Image Reference::picture() const { return picture_of(btf() ? shown_->image(0) : image_); }
+Image Reference::picture() const { return picture_of(btf() ? shown_->image(0) : image_->image()); }
 
 Result<Image> Reference::picture(const Head& head, const btfc_texture* texture) const {
   if (btf()) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "encoder/metrics/texture_distance.h"
 #include "encoder/model_table.h"
 #include "format/container.h"
 #include "format/quality_curve.h"
@@ -22,7 +23,7 @@ struct MeasuredError {
 
 // How far a texture is from a material that it need not be aligned with: the mean of the ratios of
 // TextureDistances, that of STSIM-2 among them. 1: as another sample of the material.
-Result<double> texture_distance_of(const Image& reference, const Image& candidate);
+double texture_distance_of(const TextureDistances& distances);
 
 // What files are held against. Of a data set every n-th pair is measured, for SSIM and FLIP far fewer; of
 // images the first map.
@@ -45,7 +46,7 @@ class Reference {
  private:
   static std::uint32_t count(const Dataset& d) { return static_cast<std::uint32_t>(d.info().pairs.size()); }
   std::optional<Dataset> pairs_, few_, shown_;
-  Image image_;
+  std::optional<TextureReference> image_;  // without a BTF
   std::string scratch_;
 };
 

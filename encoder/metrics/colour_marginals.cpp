@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "encoder/metrics/display_values.h"
 
@@ -80,26 +81,31 @@ ColourAxes colour_axes(std::span<const Image> images) {
   return out;
 }
 
-std::vector<double> marginal_distances(const ColourAxes& axes, const Image& a, const Image& b) {
-  const auto sorted = [](const Image& image, const std::vector<double>& axis) {
-    const std::vector<float> display = display_table(image);
-    std::vector<double> out;
+ColourMarginals colour_marginals(const ColourAxes& axes, const Image& image) {
+  const std::vector<float> display = display_table(image);
+  ColourMarginals out;
+  for (std::size_t i = 0; i < axes.axes.size(); ++i) {
+    const std::vector<double>& axis = axes.axes[i];
+    std::vector<double> places;
+    places.reserve(image.codes.size() / image.channels);
     for (std::size_t q = 0; q < image.codes.size(); q += image.channels) {
       double sum = 0;
-      for (std::size_t c = 0; c < axis.size(); ++c) {
+      for (std::size_t c = 0; c < axis.size(); ++c)
         sum += axis[c] * static_cast<double>(display[image.codes[q + c]]);
-      }
-      out.push_back(sum);
+      places.push_back(sum / axes.deviations[i]);
     }
-    std::sort(out.begin(), out.end());
-    return out;
-  };
+    std::sort(places.begin(), places.end());
+    out.push_back(std::move(places));
+  }
+  return out;
+}
+
+std::vector<double> marginal_distances(const ColourMarginals& a, const ColourMarginals& b) {
   std::vector<double> out;
-  for (std::size_t i = 0; i < axes.axes.size(); ++i) {
-    const auto pa = sorted(a, axes.axes[i]), pb = sorted(b, axes.axes[i]);
+  for (std::size_t i = 0; i < a.size(); ++i) {
     double sum = 0;
-    for (std::size_t q = 0; q < pa.size(); ++q) sum += std::fabs(pa[q] - pb[q]);
-    out.push_back(sum / static_cast<double>(pa.size()) / axes.deviations[i]);
+    for (std::size_t q = 0; q < a[i].size(); ++q) sum += std::fabs(a[i][q] - b[i][q]);
+    out.push_back(sum / static_cast<double>(a[i].size()));
   }
   return out;
 }

@@ -16,8 +16,13 @@ struct ColourAxes {
 // The images have the same number of channels.
 ColourAxes colour_axes(std::span<const Image> images);
 
-// Per axis, in its deviations, the Wasserstein-1 distance between the distributions of both images: the mean
-// absolute difference of their sorted values. Both have the same number of texels.
-std::vector<double> marginal_distances(const ColourAxes& axes, const Image& a, const Image& b);
+// Per axis the texels' places along it, in its deviations, sorted.
+using ColourMarginals = std::vector<std::vector<double>>;
+
+ColourMarginals colour_marginals(const ColourAxes& axes, const Image& image);
+
+// Per axis the Wasserstein-1 distance between the distributions of two images: the mean absolute difference
+// of their sorted values. Both have the same axes and the same number of texels.
+std::vector<double> marginal_distances(const ColourMarginals& a, const ColourMarginals& b);
 
 }  // namespace btfc

@@ -1,6 +1,7 @@
 // How far a synthesised texture is from its material, beside how far the material is from itself.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "encoder/image.h"
@@ -39,5 +40,25 @@ inline constexpr std::uint32_t kLeastTextureCrop = 16, kMostTextureCrop = 512;
 // crops of the reference, and one to four of the candidate. Refused: crops below kLeastTextureCrop, different
 // numbers of channels. Seconds for the largest crops. Thread-safe.
 Result<TextureDistances> texture_distances(const Image& reference, const Image& candidate);
+
+// A reference that several candidates are held against: what is reckoned of it alone is kept, for the largest
+// crops that it allows. Immutable; thread-safe.
+class TextureReference {
+ public:
+  explicit TextureReference(Image image);
+  const Image& image() const { return image_; }
+  // As texture_distances.
+  Result<TextureDistances> distances(const Image& candidate) const;
+
+ private:
+  struct Crops;
+  friend Result<TextureDistances> texture_distances(const Image&, const Image&);
+  static Result<std::uint32_t> crop_for(const Image& reference, const Image& candidate);
+  static Crops crops_for(const Image& reference, std::uint32_t side);
+  static TextureDistances distances(const Crops& own, const Image& candidate);
+
+  Image image_;
+  std::shared_ptr<const Crops> largest_;  // null where none fits
+};
 
 }  // namespace btfc

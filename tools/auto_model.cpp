@@ -129,16 +129,24 @@ Candidate best_of(const std::vector<SettingFamily>& families, std::size_t number
   return candidate(high).reaches ? candidate(high) : candidate(low);
 }
 
-// The best first.
-std::vector<Candidate> ranked(const std::vector<SettingFamily>& families, const Target& target) {
+// The best first: of PSNR the smallest that reaches it, of a bound the best that keeps it, where those within
+// `alike` of the best count as it and the smallest of them comes first.
+std::vector<Candidate> ranked(const std::vector<SettingFamily>& families, const Target& target,
+                              double alike) {
   std::vector<Candidate> list;
   for (std::size_t f = 0; f < families.size(); ++f) list.push_back(best_of(families, f, target));
+  double best = -HUGE_VAL;
+  for (const Candidate& c : list) {
+    if (c.reaches) best = std::max(best, c.expected.quality);
+  }
   const auto key = [&](const Candidate& c) {
     const double excess = target.kind == TargetKind::bytes        ? c.expected.bytes
                           : target.kind == TargetKind::operations ? c.expected.operations
                                                                   : -c.expected.quality;
-    if (!c.reaches) return std::pair(1, excess);
-    return std::pair(0, target.kind == TargetKind::psnr ? c.expected.bytes : -c.expected.quality);
+    if (!c.reaches) return std::pair(2, excess);
+    if (target.kind == TargetKind::psnr || c.expected.quality >= best - alike)
+      return std::pair(0, c.expected.bytes);
+    return std::pair(1, -c.expected.quality);
   };
   std::stable_sort(list.begin(), list.end(),
                    [&](const Candidate& a, const Candidate& b) { return key(a) < key(b); });
@@ -249,14 +257,14 @@ std::optional<std::size_t> Search::chosen() const {
 
 Result<AutomaticFit> Search::run() {
   AutomaticFit out;
-  const std::vector<Candidate> first = ranked(families_, target_);
+  const std::vector<Candidate> first = ranked(families_, target_, by_distance() ? kAlikeDistance : kAlikeDb);
   Json candidates = Json::array();
   for (const Candidate& c : first) {
     candidates.push_back(json_of(c));
     out.text += fmt::format("{} {:<64} {}\n", c.reaches ? ' ' : '-', name(c), describe(c.expected));
   }
   while (fits_.size() < kMostFits) {
-    const Candidate best = ranked(families_, target_).front();
+    const Candidate best = ranked(families_, target_, by_distance() ? kAlikeDistance : kAlikeDb).front();
     const auto same = [&](const Fitted& f) {
       return f.candidate.family == best.family && f.candidate.dial == best.dial;
     };

@@ -61,6 +61,9 @@ std::string setting_text(const TradePoint& point);
 // A file with its measured curve in it.
 Result<Bytes> with_curve(const Trade& trade, std::size_t file, const Reference& reference);
 
+// What is as good: then the smaller payload counts.
+inline constexpr double kAlikeDb = 0.05, kAlikeDistance = 0.01;
+
 // What points are held against each other by; the smaller the better.
 using Coordinate = std::function<std::optional<double>(const TradePoint&)>;
 std::vector<std::size_t> trade_front(const std::vector<TradePoint>& points, const Coordinate& x,

@@ -9,8 +9,6 @@ namespace btfc {
 namespace {
 
 constexpr std::uint64_t kBytes[] = {8 << 10, 16 << 10, 64 << 10, 256 << 10, 1 << 20};
-// What is as good: then the smaller payload counts.
-constexpr double kAlikeDb = 0.05, kAlikeDistance = 0.01;
 constexpr std::uint64_t kOperations[] = {100, 300, 1000, 3000, 10000};
 
 Json number(const std::optional<double>& v) { return v ? Json(*v) : Json(); }

@@ -86,7 +86,7 @@ def minimise(a, targets):
             shutil.move(out, old)
         out.mkdir(parents=True)
         sources = [f for f in (old, a.work / target, a.work / "seeds" / target) if f.exists()]
-        subprocess.run([str(a.build / "tests/fuzz" / f"fuzz_{target}"), "-merge=1", "-max_len=16384", str(out), *map(str, sources)],
+        subprocess.run([str(a.build / "tests/fuzz" / f"fuzz_{target}"), "-set_cover_merge=1", "-max_len=16384", str(out), *map(str, sources)],
                        check=True, stderr=subprocess.DEVNULL)
         # File names are unique across the tree.
         files = [f.rename(out / f"{target}.{f.name[:12]}") for f in out.iterdir()]

@@ -28,7 +28,7 @@ except ImportError:
     xxhash = None
 
 BTFC, SOURCE = None, files.ROOT
-USAGE, IO, INVALID, UNSUPPORTED, DIFFERENT = 1, 2, 3, 5, 7
+USAGE, IO, INVALID, FAILED, UNSUPPORTED, DIFFERENT = 1, 2, 3, 4, 5, 7
 NOBODY = 65534
 HEIGHT = 8000  # of the widest texture that is encoded
 
@@ -1235,6 +1235,40 @@ class TradeoffTest(CommandTest):
         self.fails(USAGE, *auto, "--psnr", "30", "--rank", "9", says="--rank")
         self.fails(USAGE, "encode", self.image, "-o", out, "--model", "auto", "--psnr", "30", says="texels in place")
         self.assertFalse(Path(out).exists())
+
+    def automatic(self, source, out, *target):
+        """What is told of a file whose model was chosen; why goes to standard error."""
+        told = Path(self.path("told.json"))
+        done = run("encode", source, "-o", out, "--model", "auto", *target, "--json", told)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stderr, r"(?m)^fitted .* predicted .*\nchosen: ")
+        return json.loads(told.read_text())
+
+    @unittest.skipIf(os.environ.get("BTFC_SANITIZED"), "a dozen fits, minutes in a sanitized build")
+    def test_automatic_choice(self):
+        out = self.path("out.btfc")
+        told = self.automatic(self.set, out, "--psnr", "30")
+        auto = told["auto"]
+        fit = auto["fits"][auto["chosen"]]
+        self.assertEqual(fit["model"], told["model"])
+        self.assertEqual(8 * fit["measured"]["payload_bytes"], told["payload_bits"])
+        self.assertGreater(fit["measured"]["psnr_db"], 29.5)
+        compared = json.loads(run("compare", self.set, out, "--measures", "psnr", "--json").stdout)
+        self.assertAlmostEqual(fit["measured"]["psnr_db"], compared["psnr_db"], delta=0.3)
+        # The smallest of those that are expected to reach it is tried first.
+        good = [c for c in auto["candidates"] if c["predicted"]["psnr_db"] >= 30]
+        self.assertEqual(min(c["predicted"]["payload_bytes"] for c in good), auto["candidates"][0]["predicted"]["payload_bytes"])
+        self.ok("verify", out)
+
+    @unittest.skipIf(os.environ.get("BTFC_SANITIZED"), "a dozen fits, minutes in a sanitized build")
+    def test_automatic_choice_of_a_texture(self):
+        texture, out = self.path("grain.png"), self.path("out.btfc")
+        self.ok("synth", "grain", "--size", "64x64", "-o", texture)
+        told = self.automatic(texture, out, "--bytes", "2000")
+        self.assertTrue(0 < told["payload_bits"] <= 8 * 2000)
+        within = [c["predicted"]["texture_distance"] for c in told["auto"]["candidates"] if c["predicted"]["payload_bytes"] <= 2000]
+        self.assertLessEqual(told["auto"]["candidates"][0]["predicted"]["texture_distance"], min(within) + 0.01)
+        self.fails(FAILED, "encode", texture, "-o", out, "--model", "auto", "--bytes", "16", says="no model reaches 16 bytes")
 
 
 class RenderTest(CommandTest):

@@ -90,7 +90,9 @@ HWY_INLINE void run_sums(const Skewed& s, const Sums& sums, std::size_t first, s
   const auto behind = hn::Mul(hn::Iota(di, 0), hn::Set(di, static_cast<std::int32_t>(kSkew)));
   const auto columns = hn::Set(di, static_cast<std::int32_t>(s.columns));
   const std::size_t outputs = sums.outs.size(), noises = sums.noises.size(), terms = sums.steps.size();
-  const float *factors = sums.factors.data() + first, *coefficients = sums.coefficients.data() + first;
+  const float* factors = sums.factors.data() + first;
+  // Of order 0 there are no coefficients, and none are read: but then there is no array to point into.
+  const float* coefficients = terms == 0 ? factors : sums.coefficients.data() + first;
   float* out[kOutputs];
   for (std::size_t o = 0; o < kOutputs; ++o) out[o] = sums.outs[first + o] + begin * stride;
   for (std::ptrdiff_t t = begin; t < end; ++t) {

@@ -5,7 +5,10 @@
 // says: it crashed, or took reachable memory for leaks. Static thread-local storage is looked through all the
 // same.
 extern "C" [[gnu::visibility("default")]] const char* __asan_default_options();
-extern "C" const char* __asan_default_options() { return "intercept_tls_get_addr=0"; }
+extern "C" const char* __asan_default_options() {
+  return "intercept_tls_get_addr=0"
+         ":malloc_context_size=8";  // tests that allocate much take a sixth less
+}
 
 // Image libraries bring a logger and a network library, whose initialisers keep memory for each thread.
 extern "C" [[gnu::visibility("default")]] const char* __lsan_default_suppressions();

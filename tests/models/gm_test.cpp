@@ -224,6 +224,7 @@ TEST(GmModel, BothFitsLayoutsPrecisionsAndMeans) {
         OptionValues{{"fit", "em"}, {"layout", "paper"}, {"mean-brdf", "f32"}}}) {
     OptionValues all = options;
     all.emplace("components", "60");
+    if (!options.contains("fit") && !options.contains("onion")) all.emplace("iterations", "600");
     const Bytes file = encode_gm(set, all);
     EXPECT_TRUE(verify_bytes(file));
     EXPECT_LT(rmse(set, file), mean_only * (options.contains("fit") ? 0.4 : 0.1))

@@ -17,7 +17,7 @@ namespace {
 struct Arguments {
   FitSources sources;
   std::string models, page, keep, device = "auto", seed = "1";
-  double minutes = 0;
+  double minutes = 24;
   Report report;
 };
 
@@ -137,8 +137,8 @@ Verb add_tradeoff(CLI::App& app) {
   verb->add_option("--keep", a->keep, "also the files of the best, each with its measured curve")
       ->type_name("DIR");
   verb->add_option("--minutes", a->minutes,
-                   "begin no fit after so many minutes (default: all settings, whatever they take)")
-      ->check(CLI::Range(0.01, 100000.0))
+                   "begin no fit after so many minutes (default 24; 0: all settings, whatever they take)")
+      ->check(CLI::Range(0.0, 100000.0))
       ->type_name("N");
   verb->add_option("--device", a->device,
                    "cpu: without rates of shaders (default: with, where there is a device)")

@@ -1178,7 +1178,13 @@ class TradeoffTest(CommandTest):
         told = self.json("tradeoff", self.set, "--models", "ptm", "--device", "cpu", "-o", page, "--keep", kept, "--json")
         points = told["points"]
         self.assertEqual({p["model"] for p in points}, {"ptm"})
-        self.assertEqual((told["pairs"], told["left_out"]), (6561, []))
+        self.assertEqual((told["pairs"], told["left_out"], told["no_time"]), (6561, [], []))
+        # Without time the first setting alone; the others are named.
+        hasty = self.json("tradeoff", self.set, "--models", "ptm", "--device", "cpu", "--minutes", "1e-6", "--json")
+        first = points[0]["options"]
+        self.assertEqual({p["options"] for p in hasty["points"]}, {first})
+        self.assertEqual(set(hasty["no_time"]), {f"ptm {p['options']}" for p in points} - {f"ptm {first}"})
+        self.assertGreater(len(hasty["no_time"]), 1)
         for p in points:
             self.assertEqual(p["judged_by"], "psnr_db")
             self.assertTrue(p["payload_bytes"] > 0 and p["cost"]["reads"] > 0)

@@ -62,7 +62,7 @@ Result<Trade> run_trade(const FitInput& input, const Reference& reference, const
       if (step >= fit.ladder.size()) continue;
       const ModelFormat& model = *find_model(id);
       const std::string line = fit.ladder[step], name = fmt::format("{} {}", model.name, line);
-      if (options.minutes > 0 && seconds_since(begin) > 60 * options.minutes) {
+      if (options.minutes > 0 && !trade.files.empty() && seconds_since(begin) > 60 * options.minutes) {
         trade.no_time.push_back(name);
         continue;
       }

@@ -39,7 +39,7 @@ struct Trade {
 struct TradeOptions {
   std::vector<ModelId> models;
   std::size_t steps = 0;  // so many settings of each ladder, the first; 0: all
-  double minutes = 0;     // no fit is begun later; 0: no limit
+  double minutes = 0;     // no fit is begun later but the first; 0: no limit
   std::uint64_t seed = 1;
   unsigned threads = 0;
   MeasureOptions measure;
